@@ -1,0 +1,14 @@
+# Flags shared by every target: warnings, the base instruction set, floating point.
+add_library(embrun_flags INTERFACE)
+target_compile_options(embrun_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  -fno-math-errno -fno-trapping-math)
+if(EMBRUN_WERROR)
+  target_compile_options(embrun_flags INTERFACE -Werror)
+endif()
+if(EMBRUN_NATIVE)
+  target_compile_options(embrun_flags INTERFACE -march=native)
+else()
+  # Any x86-64-v2 machine runs the library; src/backend/cpu holds faster versions of the hot loops.
+  target_compile_options(embrun_flags INTERFACE -march=x86-64-v2)
+endif()
