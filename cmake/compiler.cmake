@@ -2,7 +2,9 @@
 add_library(embrun_flags INTERFACE)
 target_compile_options(embrun_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-  -fno-math-errno -fno-trapping-math)
+  -fno-math-errno -fno-trapping-math
+  # Calls within the shared library stay direct, as in a static one.
+  -fno-semantic-interposition)
 if(EMBRUN_WERROR)
   target_compile_options(embrun_flags INTERFACE -Werror)
 endif()

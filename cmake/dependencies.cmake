@@ -1,17 +1,35 @@
 # Every third-party package the project uses, all of them Debian's.
-find_package(TBB REQUIRED)
-find_package(embree 3 REQUIRED)
-find_package(OpenEXR REQUIRED)
-find_package(PNG REQUIRED)
-find_package(JPEG REQUIRED)
-find_package(ZLIB REQUIRED)
-find_package(fmt REQUIRED)
-find_package(spdlog REQUIRED)
-find_package(CLI11 REQUIRED)
-find_package(nlohmann_json REQUIRED)
+
+# embrun_require(PACKAGE DEBIAN_PACKAGE [version]): find_package that, when it fails, says what to install.
+macro(embrun_require package debian_package)
+  find_package(${package} ${ARGN} QUIET)
+  if(NOT ${package}_FOUND)
+    message(FATAL_ERROR
+      "${package} was not found. On Debian: apt-get install ${debian_package}; "
+      "or let scripts/setup.sh install everything the build needs.")
+  endif()
+endmacro()
+
+embrun_require(TBB libtbb-dev)
+embrun_require(embree libembree-dev 3)
+# Debian's Imath package tells at length that its Python part is not installed; nobody needs to know.
+set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)
+embrun_require(OpenEXR libopenexr-dev 3)
+unset(CMAKE_MESSAGE_LOG_LEVEL)
+embrun_require(PNG libpng-dev)
+embrun_require(JPEG libjpeg-dev)
+embrun_require(ZLIB zlib1g-dev)
+embrun_require(fmt libfmt-dev)
+embrun_require(spdlog libspdlog-dev)
+embrun_require(CLI11 libcli11-dev)
+embrun_require(nlohmann_json nlohmann-json3-dev)
 if(EMBRUN_BUILD_TESTS)
-  find_package(GTest REQUIRED)
+  embrun_require(GTest libgtest-dev)
 endif()
 if(EMBRUN_BUILD_BENCH)
-  find_package(benchmark REQUIRED)
+  embrun_require(benchmark libbenchmark-dev)
+endif()
+if(EMBRUN_BUILD_FUZZERS AND NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  message(FATAL_ERROR "EMBRUN_BUILD_FUZZERS needs clang (apt-get install clang-14 libclang-rt-14-dev): "
+                      "cmake --preset fuzz")
 endif()

@@ -1,0 +1,30 @@
+# embrun_device_check: the per-ray headers compiled by nvcc, for the device. Compile-only; nothing runs.
+find_program(EMBRUN_NVCC nvcc HINTS ENV CUDA_PATH PATH_SUFFIXES bin PATHS /usr/local/cuda/bin)
+if(EMBRUN_NVCC)
+  # Named outright: the default of some toolkits is an architecture that newer ones no longer compile.
+  set(CMAKE_CUDA_COMPILER ${EMBRUN_NVCC})
+  set(CMAKE_CUDA_ARCHITECTURES 80-real CACHE STRING "Device architectures of embrun_device_check")
+  enable_language(CUDA)
+  add_library(embrun_device_check OBJECT EXCLUDE_FROM_ALL
+              ${PROJECT_SOURCE_DIR}/src/backend/cuda/device_check.cu)
+  target_include_directories(embrun_device_check PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  # CMake 3.25 does not know that nvcc understands C++20: keep it from asking for a standard of its own
+  # (without one of CUDA's it goes by those of C++), and ask here.
+  set_property(TARGET embrun_device_check PROPERTY CXX_STANDARD)
+  set_property(TARGET embrun_device_check PROPERTY CXX_EXTENSIONS)
+  target_compile_options(embrun_device_check PRIVATE -std=c++20)
+  message(STATUS "CUDA toolkit found: target embrun_device_check compiles the per-ray code for the device")
+else()
+  message(STATUS "No CUDA toolkit found: the per-ray code is not compiled for the device")
+endif()
+
+if(EMBRUN_BUILD_TESTS)
+  if(EMBRUN_NVCC)
+    add_test(NAME device.compile
+             COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target embrun_device_check)
+  else()
+    add_test(NAME device.compile COMMAND ${CMAKE_COMMAND} -E echo "skipped: no CUDA toolkit on this machine")
+    set_tests_properties(device.compile PROPERTIES SKIP_REGULAR_EXPRESSION "skipped:")
+  endif()
+  set_tests_properties(device.compile PROPERTIES LABELS fast TIMEOUT 600)
+endif()
