@@ -8,11 +8,11 @@ if(EMBRUN_NVCC)
   add_library(embrun_device_check OBJECT EXCLUDE_FROM_ALL
               ${PROJECT_SOURCE_DIR}/src/backend/cuda/device_check.cu)
   target_include_directories(embrun_device_check PRIVATE ${PROJECT_SOURCE_DIR}/src)
-  # CMake 3.25 does not know that nvcc understands C++20: keep it from asking for a standard of its own
-  # (without one of CUDA's it goes by those of C++), and ask here.
-  set_property(TARGET embrun_device_check PROPERTY CXX_STANDARD)
-  set_property(TARGET embrun_device_check PROPERTY CXX_EXTENSIONS)
-  target_compile_options(embrun_device_check PRIVATE -std=c++20)
+  # nvcc has C++20 since 12.0; CMake 3.25 has not heard of it.
+  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION)
+    set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION -std=c++20)
+  endif()
+  set_target_properties(embrun_device_check PROPERTIES CUDA_STANDARD 20 CUDA_STANDARD_REQUIRED ON CUDA_EXTENSIONS OFF)
   message(STATUS "CUDA toolkit found: target embrun_device_check compiles the per-ray code for the device")
 else()
   message(STATUS "No CUDA toolkit found: the per-ray code is not compiled for the device")

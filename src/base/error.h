@@ -18,5 +18,4 @@ class Error : public std::runtime_error {
 }  // namespace embrun
 
 /// Aborts with the condition and its place when it is false; active in every build type.
-#define EMBRUN_CHECK(condition) \
-  ((condition) ? (void)0 : ::embrun::check_failed(#condition, __FILE__, __LINE__))
+#define EMBRUN_CHECK(condition) ((condition) ? (void)0 : ::embrun::check_failed(#condition, __FILE__, __LINE__))

@@ -40,9 +40,7 @@ EMBRUN_FN Vec3& operator*=(Vec3& a, float s) { return a = a * s; }
 EMBRUN_FN bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 EMBRUN_FN float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-EMBRUN_FN Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+EMBRUN_FN Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 EMBRUN_FN float length_squared(Vec3 a) { return dot(a, a); }
 EMBRUN_FN float length(Vec3 a) { return sqrtf(dot(a, a)); }
 /// Unit vector along `a`; `a` must not be zero.
@@ -67,9 +65,7 @@ EMBRUN_FN Vec3d cross(Vec3d a, Vec3d b) {
 }
 EMBRUN_FN double length(Vec3d a) { return std::sqrt(dot(a, a)); }
 EMBRUN_FN Vec3d normalize(Vec3d a) { return a * (1.0 / length(a)); }
-EMBRUN_FN Vec3 to_float(Vec3d a) {
-  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
-}
+EMBRUN_FN Vec3 to_float(Vec3d a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
 EMBRUN_FN Vec3d to_double(Vec3 a) { return {a.x, a.y, a.z}; }
 
 /// Axis-aligned box; empty when low > high on some axis (as a fresh one is).
