@@ -39,7 +39,6 @@ struct Light {
   int first_cdf = 0;          ///< into LightSet::triangle_cdf: triangle_count + 1 entries, by area
 };
 
-Light make_environment_light();
 /// `towards` points to the light; `half_angle` in radians, in (0, pi/2].
 Light make_distant_light(Vec3 towards, float half_angle, Rgb radiance);
 Light make_rectangle_light(Vec3 corner, Vec3 edge_u, Vec3 edge_v, Rgb radiance, bool two_sided = false);

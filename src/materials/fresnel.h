@@ -13,7 +13,7 @@ struct FresnelResult {
 };
 
 /// Exact Fresnel reflectance of a smooth dielectric for unpolarised light: the mean of the two polarisations
-/// [BornWolf1999, section 1.5.2]. `cos_incident` in [0, 1]. Index-matched sides give exactly 0 at every angle.
+/// [BornWolf1999], section 1.5.2. `cos_incident` in [0, 1]. Index-matched sides give exactly 0 at every angle.
 EMBRUN_FN FresnelResult fresnel_dielectric(float cos_incident, float relative_index) {
   // Snell's law in this form is exact when the indices agree: cos_t = cos_i.
   const float m = relative_index;
