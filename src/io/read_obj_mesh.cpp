@@ -1,0 +1,177 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "io/cursor.h"
+#include "io/mesh_checks.h"
+#include "io/read_mesh.h"
+#include "io/text.h"
+
+namespace embrun {
+
+namespace {
+
+constexpr std::uint32_t no_normal = UINT32_MAX;
+
+/// A corner of a polygon, by index into the file's own lists.
+struct Corner {
+  std::uint32_t position = 0;
+  std::uint32_t normal = no_normal;
+};
+
+class ObjReader {
+ public:
+  ObjReader(std::span<const std::byte> file, std::string_view name) : cursor_(file, name) {}
+
+  TriangleMesh read() {
+    while (!cursor_.at_end()) {
+      std::string_view line = next_line();
+      const std::string_view keyword = take_token(line);
+      if (keyword == "v") {
+        read_position(line);
+      } else if (keyword == "vn") {
+        normals_.push_back(to_float(read_vector(line, "vn")));
+      } else if (keyword == "f") {
+        read_face(line);
+      } else if (!is_known(keyword)) {
+        cursor_.fail("", fmt::format("{} is not an OBJ keyword", quoted(keyword)));
+      }
+    }
+    if (corners_.empty()) cursor_.fail("", "the mesh has no triangles");
+    return build();
+  }
+
+ private:
+  Cursor cursor_;
+  std::string joined_;  // a line that goes on over several
+  std::vector<Vec3> positions_;
+  std::vector<Vec3> normals_;
+  std::vector<std::array<Corner, 3>> corners_;
+  std::vector<Corner> polygon_;
+
+  static bool is_known(std::string_view keyword) {
+    constexpr std::string_view ignored[] = {"",   "vt", "vp", "g",      "o",     "s",     "l",         "p",
+                                            "mg", "usemtl", "mtllib", "bevel", "c_interp", "d_interp", "lod",
+                                            "shadow_obj", "trace_obj"};
+    if (keyword.starts_with('#')) return true;
+    for (const std::string_view word : ignored) {
+      if (word == keyword) return true;
+    }
+    return false;
+  }
+
+  // A line; a backslash at its end joins the next one to it.
+  std::string_view next_line() {
+    std::string_view line = trimmed(cursor_.line());
+    if (!line.ends_with('\\')) return line;
+    joined_.clear();
+    while (line.ends_with('\\')) {
+      joined_.append(line.substr(0, line.size() - 1)).append(" ");
+      line = trimmed(cursor_.line());
+    }
+    joined_.append(line);
+    return joined_;
+  }
+
+  Vec3d read_vector(std::string_view& line, std::string_view what) {
+    std::array<double, 3> values{};
+    for (double& value : values) {
+      const std::string_view token = take_token(line);
+      const std::optional<double> number = parse_double(token);
+      if (!number) cursor_.fail(what, fmt::format("{} is not a number; three are needed", quoted(token)));
+      value = *number;
+    }
+    return {values[0], values[1], values[2]};
+  }
+
+  // A weight or a colour may follow the coordinates; neither matters here.
+  void read_position(std::string_view line) {
+    const Vec3d p = read_vector(line, "v");
+    if (!is_mesh_coordinate(p.x) || !is_mesh_coordinate(p.y) || !is_mesh_coordinate(p.z)) {
+      cursor_.fail("v", fmt::format("({}, {}, {}) is not finite or too far away", p.x, p.y, p.z));
+    }
+    if (positions_.size() == UINT32_MAX) cursor_.fail("v", "there are more than 2^32 - 1 vertices");
+    positions_.push_back(to_float(p));
+  }
+
+  // Counts from 1, or backwards from the latest one with -1.
+  std::uint32_t read_index(std::string_view text, std::size_t count, std::string_view of) {
+    const std::optional<std::int64_t> index = parse_int64(text);
+    if (!index) cursor_.fail("f", fmt::format("{} is not an index", quoted(text)));
+    const std::int64_t size = static_cast<std::int64_t>(count);
+    if (*index == 0 || *index > size || *index < -size) {
+      cursor_.fail("f", fmt::format("{} {} is out of range: there are {} so far", of, *index, size));
+    }
+    return static_cast<std::uint32_t>(*index > 0 ? *index - 1 : size + *index);
+  }
+
+  // "7", "7/1", "7/1/4" or "7//4": position, texture coordinate, normal.
+  Corner read_corner(std::string_view token) {
+    Corner corner;
+    const std::size_t first = token.find('/');
+    corner.position = read_index(token.substr(0, first), positions_.size(), "vertex");
+    if (first == std::string_view::npos) return corner;
+    const std::size_t second = token.find('/', first + 1);
+    if (second == std::string_view::npos) return corner;
+    corner.normal = read_index(token.substr(second + 1), normals_.size(), "normal");
+    return corner;
+  }
+
+  void read_face(std::string_view line) {
+    polygon_.clear();
+    for (std::string_view token = take_token(line); !token.empty(); token = take_token(line)) {
+      if (token.starts_with('#')) break;
+      polygon_.push_back(read_corner(token));
+    }
+    if (polygon_.size() < 3) cursor_.fail("f", fmt::format("a face of {} corners", polygon_.size()));
+    for (std::size_t i = 2; i < polygon_.size(); ++i) corners_.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
+  }
+
+  bool all_corners_have_normals() const {
+    for (const auto& triangle : corners_) {
+      for (const Corner corner : triangle) {
+        if (corner.normal == no_normal) return false;
+      }
+    }
+    return true;
+  }
+
+  // OBJ counts normals on their own: a position with two normals becomes two vertices.
+  TriangleMesh build() {
+    TriangleMesh mesh;
+    mesh.triangles.reserve(corners_.size());
+    if (!all_corners_have_normals()) {
+      mesh.positions = std::move(positions_);
+      for (const auto& [a, b, c] : corners_) mesh.triangles.push_back({a.position, b.position, c.position});
+      return mesh;
+    }
+    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
+    for (const auto& triangle : corners_) {
+      std::array<std::uint32_t, 3> indices{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Corner corner = triangle[k];
+        const std::uint64_t key = std::uint64_t{corner.position} << 32 | corner.normal;
+        const auto [entry, is_new] = vertex_of.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
+        if (is_new) {
+          mesh.positions.push_back(positions_[corner.position]);
+          mesh.normals.push_back(normals_[corner.normal]);
+        }
+        indices[k] = entry->second;
+      }
+      mesh.triangles.push_back(indices);
+    }
+    normalize_mesh_normals(mesh);
+    return mesh;
+  }
+};
+
+}  // namespace
+
+TriangleMesh read_obj_mesh(std::span<const std::byte> file, std::string_view name) {
+  return ObjReader(file, name).read();
+}
+
+}  // namespace embrun
