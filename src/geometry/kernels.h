@@ -8,7 +8,7 @@ namespace embrun {
 // The kernels f of the field D(x) = sum_i f(|x - p_i| / b_i), as functions of u = r/b >= 0.
 // All fall monotonically from f(0) = 1, are positive inside their support, 0 beyond, and continuous.
 
-/// Metaball (Blinn 1982 as the thesis uses it): 1 - 3u^2 up to 1/3, then (3/2)(1 - u)^2. C1; support 1.
+/// Metaball: 1 - 3u^2 up to 1/3, then (3/2)(1 - u)^2. C1; support 1.
 /// The two pieces are one expression without a branch, since 1.5(1-u)^2 - 0.5(1-3u)^2 = 1 - 3u^2.
 EMBRUN_FN float metaball_value(float u) {
   const float outer = max_of(0.0f, 1.0f - u);
@@ -19,7 +19,7 @@ EMBRUN_FN float metaball_derivative(float u) {
   return 3.0f * max_of(0.0f, 1.0f - 3.0f * u) - 3.0f * max_of(0.0f, 1.0f - u);
 }
 
-/// (1 - u^2)^3 (Zhu and Bridson 2005). C2; support 1. Takes u^2: it needs no square root.
+/// (1 - u^2)^3 [ZhuBridson2005]. C2; support 1. Takes u^2: it needs no square root.
 EMBRUN_FN float zhu_bridson_value_of_square(float u_squared) {
   const float w = max_of(0.0f, 1.0f - u_squared);
   return w * w * w;
@@ -29,7 +29,7 @@ EMBRUN_FN float zhu_bridson_derivative(float u) {
   return -6.0f * u * w * w;
 }
 
-/// Blinn's exp(-beta r^2), unbounded, is cut where it falls below 1e-3, and lowered and rescaled by that
+/// exp(-beta r^2) [Blinn1982], unbounded, is cut where it falls below 1e-3, and lowered and rescaled by that
 /// much so that the cut leaves no step: f = (exp(-k u^2) - 1e-3) / (1 - 1e-3) with k = beta b^2 such that
 /// f(1/3) = 2/3 exactly: k = -9 ln(2/3 + 1e-3/3). It differs from the uncut one by less than 1e-3.
 /// Its support is beyond b: sqrt(ln(1000)/k) = 1.3767 b.

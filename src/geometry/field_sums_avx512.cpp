@@ -1,0 +1,2 @@
+#define EMBRUN_FIELD_SUMS field_sums_avx512
+#include "geometry/field_sums_body.h"

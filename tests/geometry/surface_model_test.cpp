@@ -1,0 +1,234 @@
+#include "geometry/surface_model.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "base/error.h"
+#include "geometry/field_sums.h"
+#include "geometry/kernels.h"
+#include "geometry/particle_blocks.h"
+
+namespace embrun {
+namespace {
+
+std::vector<Vec3> random_points(std::size_t count, float side, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<float> uniform(0.0f, side);
+  std::vector<Vec3> points(count);
+  for (Vec3& p : points) p = {uniform(generator), uniform(generator), uniform(generator)};
+  return points;
+}
+
+std::vector<float> log_uniform(std::size_t count, double low, double high, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(std::log(low), std::log(high));
+  std::vector<float> values(count);
+  for (float& v : values) v = static_cast<float>(std::exp(uniform(generator)));
+  return values;
+}
+
+/// D at x by the definition, in double.
+double brute_force_field(const std::vector<Vec3>& positions, const std::vector<float>& influence, Kernel kernel,
+                         Vec3 x) {
+  double sum = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const double r = length(to_double(x) - to_double(positions[i]));
+    sum += kernel_value(kernel, static_cast<float>(r / influence[influence.size() == 1 ? 0 : i]));
+  }
+  return sum;
+}
+
+SurfaceSettings settings_of(float radius, int order) {
+  SurfaceSettings settings;
+  settings.radius = radius;
+  settings.order = order;
+  return settings;
+}
+
+TEST(SurfaceModel, AutomaticThresholdIsHalfTheMeanFieldInside) {
+  // The method gives D_in = 4.96 and 16.8 for n = 2, 3 at s = 2 R0, and 20.831795 for n = 3 at s = 0.93 * 2 R0
+  // (with its integral rounded to 0.6206/4 pi). Spacing 0 stands for 2 R0.
+  const std::vector<Vec3> one{{0, 0, 0}};
+  SurfaceSettings settings = settings_of(0.025f, 2);
+  EXPECT_NEAR(resolve_surface_model(one, {}, settings).mean_field, 4.96, 0.01);
+  EXPECT_NEAR(resolve_surface_model(one, {}, settings).threshold, 2.48, 0.005);
+  settings.order = 3;
+  EXPECT_NEAR(resolve_surface_model(one, {}, settings).threshold, 8.38, 0.005);
+  settings.spacing = 0.93 * 0.05;
+  EXPECT_NEAR(resolve_surface_model(one, {}, settings).threshold, 10.415897, 1e-3);
+}
+
+TEST(SurfaceModel, FirstOrderThresholdAndRecoveredThresholdAreTheKernelAtR0) {
+  const std::vector<Vec3> one{{0, 0, 0}};
+  SurfaceSettings settings = settings_of(0.1f, 1);
+  // f(1/2): (3/2)(1/2)^2; (3/4)^3; (2/3)^(9/4) = 0.4016 less up to 1e-3 for the cut.
+  const std::pair<Kernel, double> expected[] = {
+      {Kernel::metaball, 0.375}, {Kernel::zhu_bridson, 27.0 / 64.0}, {Kernel::blinn, 0.4012}};
+  for (const auto& [kernel, value] : expected) {
+    settings.kernel = kernel;
+    const SurfaceModel model = resolve_surface_model(one, {}, settings);
+    EXPECT_NEAR(model.threshold, value, 5e-4);
+    EXPECT_NEAR(model.recover_threshold, value, 5e-4);
+    EXPECT_FLOAT_EQ(model.influence_radius, 0.2f);
+    EXPECT_FLOAT_EQ(model.recover_radius, 0.2f);
+  }
+}
+
+TEST(SurfaceModel, ThesisAndNumberThresholds) {
+  const std::vector<Vec3> one{{0, 0, 0}};
+  SurfaceSettings settings = settings_of(0.1f, 3);
+  settings.threshold_mode = ThresholdMode::thesis;
+  EXPECT_EQ(resolve_surface_model(one, {}, settings).threshold, 5.0f);
+  settings.threshold_mode = ThresholdMode::number;
+  settings.threshold = 1.25f;
+  EXPECT_EQ(resolve_surface_model(one, {}, settings).threshold, 1.25f);
+}
+
+TEST(SurfaceModel, RefusesWhatCannotMakeASurface) {
+  const std::vector<Vec3> one{{0, 0, 0}};
+  const auto refuses = [&](auto&& change) {
+    SurfaceSettings settings = settings_of(0.1f, 3);
+    change(settings);
+    EXPECT_THROW(resolve_surface_model(one, {}, settings), Error);
+  };
+  refuses([](SurfaceSettings& s) { s.radius = 0; });
+  refuses([](SurfaceSettings& s) { s.radius = std::nanf(""); });
+  refuses([](SurfaceSettings& s) { s.radius = infinity; });
+  refuses([](SurfaceSettings& s) { s.order = 0; });
+  refuses([](SurfaceSettings& s) { s.spacing = -1; });
+  refuses([](SurfaceSettings& s) {
+    s.threshold_mode = ThresholdMode::number;
+    s.threshold = 0;
+  });
+  EXPECT_THROW(resolve_surface_model({}, {}, settings_of(0.1f, 3)), Error);
+  const std::vector<float> bad{0.0f}, many{0.1f, 0.1f};
+  EXPECT_THROW(resolve_surface_model(one, bad, settings_of(0.1f, 3)), Error);
+  EXPECT_THROW(resolve_surface_model(one, many, settings_of(0.1f, 3)), Error);
+}
+
+TEST(SurfaceModel, RecoverWeightFallsSmoothlyWithinTheMethodsLimits) {
+  EXPECT_EQ(recover_weight(0.0f), 1.0f);
+  EXPECT_EQ(recover_weight(0.6f), 1.0f);
+  EXPECT_LE(recover_weight(1.0f), 0.375f);
+  EXPECT_EQ(recover_weight(1.2f), 0.0f);
+  EXPECT_EQ(recover_weight(5.0f), 0.0f);
+  for (float q = 0; q < 1.5f; q += 1e-3f) {
+    EXPECT_LE(recover_weight(q + 1e-3f), recover_weight(q));
+    // A smoothstep over 0.6 is at most 1.5/0.6 steep.
+    EXPECT_LE(recover_weight(q) - recover_weight(q + 1e-3f), 2.6e-3f);
+  }
+}
+
+TEST(SurfaceModel, RecoversLoneParticlesOnly) {
+  // A 10^3 lattice at s = 2 R0 and one particle far away, n = 2: the lone one has D = 1 < 0.6 T = 1.49; a corner of
+  // the lattice has about D_in/8 plus its own share, an inner one D_in = 2 T.
+  std::vector<Vec3> positions;
+  for (int i = 0; i < 1000; ++i) {
+    positions.push_back(0.2f *
+                        Vec3{static_cast<float>(i % 10), static_cast<float>(i / 10 % 10), static_cast<float>(i / 100)});
+  }
+  positions.push_back({10, 10, 10});
+  SurfaceSettings settings = settings_of(0.1f, 2);
+  const std::vector<float> influence{0.4f};
+  const SurfaceModel smooth = resolve_surface_model(positions, {}, settings);
+  ASSERT_EQ(smooth.recovered.size(), smooth.recovered_weights.size());
+  ASSERT_FALSE(smooth.recovered.empty());
+  EXPECT_EQ(smooth.recovered.back(), 1000u);
+  EXPECT_EQ(smooth.recovered_weights.back(), 1.0f);
+  for (std::size_t r = 0; r < smooth.recovered.size(); ++r) {
+    const double q =
+        brute_force_field(positions, influence, Kernel::metaball, positions[smooth.recovered[r]]) / smooth.threshold;
+    EXPECT_NEAR(smooth.recovered_weights[r], recover_weight(static_cast<float>(q)), 1e-4);
+  }
+  settings.recover = RecoverMode::thesis;
+  const SurfaceModel thesis = resolve_surface_model(positions, {}, settings);
+  std::vector<std::uint32_t> expected;
+  for (std::uint32_t i = 0; i <= 1000; ++i) {
+    if (brute_force_field(positions, influence, Kernel::metaball, positions[i]) < thesis.threshold)
+      expected.push_back(i);
+  }
+  EXPECT_EQ(thesis.recovered, expected);
+  settings.recover = RecoverMode::off;
+  EXPECT_TRUE(resolve_surface_model(positions, {}, settings).recovered.empty());
+}
+
+class FieldValues : public testing::TestWithParam<Kernel> {};
+INSTANTIATE_TEST_SUITE_P(All, FieldValues, testing::Values(Kernel::metaball, Kernel::zhu_bridson, Kernel::blinn));
+
+TEST_P(FieldValues, AtTheParticlesAreTheDefinitionsForAnySpreadOfRadii) {
+  const std::vector<Vec3> positions = random_points(3000, 1.0f, 3);
+  for (const auto& [low, high] : {std::pair{0.1, 0.1}, std::pair{1e-3, 0.3}, std::pair{1e-8, 0.2}}) {
+    const std::vector<float> influence = log_uniform(positions.size(), low, high, 4);
+    const std::vector<float> values = particle_field_values(positions, influence, GetParam());
+    for (std::size_t i = 0; i < positions.size(); i += 7) {
+      const double expected = brute_force_field(positions, influence, GetParam(), positions[i]);
+      EXPECT_NEAR(values[i], expected, 2e-5 * expected);
+    }
+  }
+}
+
+TEST_P(FieldValues, AreTheDefinitionsOnEveryInstructionSet) {
+  // Values, gradient (by differences of the definition) and lattice of each table that this machine can run.
+  std::vector<const FieldSums*> tables{&field_sums_baseline};
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) tables.push_back(&field_sums_avx2);
+  if (&field_sums() == &field_sums_avx512) tables.push_back(&field_sums_avx512);
+  const std::vector<Vec3> positions = random_points(700, 1.0f, 5);
+  const std::vector<float> influence = log_uniform(positions.size(), 0.05, 0.4, 6);
+  const ParticleBlocks blocks(positions, influence, {}, kernel_support(GetParam()));
+  const Vec3 corner{0.3f, 0.2f, 0.4f};
+  const float cell = 0.03f;
+  std::vector<std::uint32_t> near;
+  blocks.find_near(corner, corner + Vec3{7, 7, 7} * cell, near);
+  const BlockList list{blocks.blocks().data(), blocks.bounds().data(), near.data(), near.size()};
+  for (const FieldSums* table : tables) {
+    std::vector<float> lattice(512, 0.0f);
+    table->lattice(GetParam(), list, corner, cell, lattice.data());
+    for (int i = 0; i < 512; i += 5) {
+      const Vec3 p =
+          corner + cell * Vec3{static_cast<float>(i % 8), static_cast<float>(i / 8 % 8), static_cast<float>(i / 64)};
+      const double expected = brute_force_field(positions, influence, GetParam(), p);
+      EXPECT_NEAR(lattice[static_cast<std::size_t>(i)], expected, 3e-5 * expected);
+      FieldSample sample;
+      table->samples(GetParam(), list, &p, 1, &sample);
+      EXPECT_NEAR(sample.value, expected, 3e-5 * expected);
+      for (int axis = 0; axis < 3; ++axis) {
+        Vec3 a = p, b = p;
+        a[axis] -= 1e-3f;
+        b[axis] += 1e-3f;
+        const double difference = (brute_force_field(positions, influence, GetParam(), b) -
+                                   brute_force_field(positions, influence, GetParam(), a)) /
+                                  (static_cast<double>(b[axis]) - a[axis]);
+        EXPECT_NEAR(sample.gradient[axis], difference, 0.1);
+      }
+    }
+  }
+}
+
+TEST(FieldValues, DoNotDependOnTheNumberOfThreads) {
+  const std::vector<Vec3> positions = random_points(20000, 1.0f, 8);
+  const std::vector<float> influence{0.1f};
+  std::vector<float> results[2];
+  for (int i = 0; i < 2; ++i) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, i == 0 ? 1 : 3);
+    results[i] = particle_field_values(positions, influence, Kernel::metaball);
+  }
+  EXPECT_EQ(results[0], results[1]);
+}
+
+TEST(SurfaceModel, RadiiOfAnySpreadTakeNoLongThanEqualOnes) {
+  // A peer hangs on a mean radius of 2e-3 beside 1e-8. A quadratic method would take minutes here.
+  const std::vector<Vec3> positions = random_points(60000, 2.0f, 9);
+  std::vector<float> radii = log_uniform(positions.size(), 1e-4, 1e-1, 10);
+  EXPECT_NO_THROW(resolve_surface_model(positions, radii, settings_of(3e-3f, 3)));
+  for (std::size_t i = 0; i < radii.size(); ++i) radii[i] = i % 2 ? 1e-8f : 4e-3f;
+  const SurfaceModel model = resolve_surface_model(positions, radii, settings_of(2e-3f, 3));
+  // Few of these touch: nearly all are recovered.
+  EXPECT_GT(model.recovered.size(), positions.size() * 9 / 10);
+}
+
+}  // namespace
+}  // namespace embrun
