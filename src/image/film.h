@@ -14,12 +14,12 @@ namespace embrun {
 /// What one camera path brings to its pixel. The camera draws the position in the pixel from the pixel filter
 /// (filter importance sampling), so every sample has weight 1 and touches one pixel only.
 struct FilmSample {
-  Rgb radiance;              ///< linear, scene-referred; finite and not negative, or the sample is bad
-  Rgb albedo;                ///< reflectance that guides the denoiser: of the first hit, or of the first that is
-                             ///< not specular; 0 where nothing is hit
-  Vec3 normal;               ///< unit shading normal of the same hit, world space; 0 where nothing is hit
-  float depth = infinity;    ///< distance along the camera ray to the first hit, metres; infinity: nothing is hit
-  bool valid = true;         ///< false: the path failed; counted as bad, added to nothing
+  Rgb radiance;            ///< linear, scene-referred; finite and not negative, or the sample is bad
+  Rgb albedo;              ///< reflectance that guides the denoiser: of the first hit, or of the first that is
+                           ///< not specular; 0 where nothing is hit
+  Vec3 normal;             ///< unit shading normal of the same hit, world space; 0 where nothing is hit
+  float depth = infinity;  ///< distance along the camera ray to the first hit, metres; infinity: nothing is hit
+  bool valid = true;       ///< false: the path failed; counted as bad, added to nothing
 };
 
 /// Sums over the samples of one pixel. Plain data: a device film is an array of these.

@@ -25,15 +25,15 @@ Estimate mean_ratio(const Image& a, const Image& b, int block_size = 8);
 
 /// One block of two pictures compared.
 struct BlockDifference {
-  int x = 0, y = 0;            ///< top left pixel
+  int x = 0, y = 0;  ///< top left pixel
   double mean_a = 0, mean_b = 0;
-  double relative = 0;         ///< (mean_a - mean_b) / scale
-  double standard_error = 0;   ///< of `relative`, from the variance layers; 0 when none were given
+  double relative = 0;        ///< (mean_a - mean_b) / scale
+  double standard_error = 0;  ///< of `relative`, from the variance layers; 0 when none were given
 };
 
-/// Compares two pictures block by block (pixels averaged over channels; blocks at the right and lower edges that
-/// are not whole are left out). The scale of the relative difference is the mean of both blocks; two black blocks do not
-/// differ.
+/// Compares two pictures block by block (pixels averaged over channels; blocks at the right and lower edges that are
+/// not whole are left out). The scale of the relative difference is the mean of both blocks; two black blocks do
+/// not differ.
 /// `variance_a`, `variance_b`: variance of each pixel's value per channel (the variance layer), or null for none;
 /// channels of one pixel are taken as fully correlated (noise of light, not of colour), which errs upwards.
 std::vector<BlockDifference> compare_blocks(const Image& a, const Image& b, const Image* variance_a = nullptr,

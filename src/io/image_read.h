@@ -11,7 +11,7 @@
 namespace embrun {
 
 /// Reads a picture as linear values with 1 or 3 channels; the format is told by the content: OpenEXR (scan lines or
-/// tiles, half, float or uint), Radiance HDR, PFM, PNG (8 or 16 bits, decoded from sRGB), JPEG (decoded from sRGB). Alpha is
+/// tiles, half, float or uint), Radiance HDR, PFM, PNG (8 or 16 bits) and JPEG, both decoded from sRGB. Alpha is
 /// dropped (PNG: composited on black). Of an EXR the layer `layer` is read; empty: R G B, or Y, without a layer.
 /// Throws Error, with the file and what is wrong with it, for anything it cannot read whole; pictures above 2^28
 /// pixels, or of a size that the file's length cannot justify, are refused before memory is taken.

@@ -32,12 +32,13 @@ struct ImageWriteOptions {
 /// - EXR holds every layer: R G B, albedo.R .., normal.X .., depth.Z, samples.N, variance.R ..; ZIP-compressed; the
 ///   crop is the data window; metadata as string attributes named "embrun:KEY".
 /// - PFM: one layer, 32-bit floats, little endian, rows from the bottom; one channel as Pf. Holds no metadata.
-/// - HDR: one layer as Radiance RGBE (1 % steps), run-length encoded; values above 1.7e38 are clamped, negative ones 0;
-///   a normal is stored as 0.5 + 0.5 n, an infinite depth as 0; metadata as header comments.
+/// - HDR: one layer as Radiance RGBE (steps of 1/256 of the largest channel or finer), run-length encoded; values
+///   above 1.69e38 are clamped, negative ones 0; a normal is stored as 0.5 + 0.5 n, an infinite depth as 0; metadata
+///   as header comments.
 /// - PNG: one layer as to_display() maps it, 8 bits, marked sRGB (beauty, albedo, variance); metadata as text chunks.
 /// PFM, HDR and PNG hold the crop alone. Throws Error when the layer is missing or the file cannot be written.
-void write_image(const std::filesystem::path& path, const ImageLayers& picture,
-                 const ImageWriteOptions& options = {}, const ImageMetadata& metadata = {});
+void write_image(const std::filesystem::path& path, const ImageLayers& picture, const ImageWriteOptions& options = {},
+                 const ImageMetadata& metadata = {});
 
 /// The same for one image without layers (PFM, HDR, EXR, PNG).
 void write_image(const std::filesystem::path& path, const Image& image, const ImageWriteOptions& options = {},
