@@ -10,6 +10,6 @@
 #define EMBRUN_FN __host__ __device__ __forceinline__
 #define EMBRUN_LOCAL_FN __host__ __device__ [[maybe_unused]] static
 #else
-#define EMBRUN_FN [[gnu::always_inline]] inline
+#define EMBRUN_FN inline __attribute__((always_inline))
 #define EMBRUN_LOCAL_FN [[maybe_unused]] static
 #endif

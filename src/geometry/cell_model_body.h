@@ -1,0 +1,434 @@
+// The loops of cell_model.h. Included by one source file for each instruction set, which defines the name
+// EMBRUN_CELL_MODEL of its table. Uses no function with external linkage, so that nothing compiled here for one
+// instruction set can stand in for the same function compiled for another.
+
+#include "geometry/cell_model.h"
+#include "geometry/kernel_lanes.h"
+#include "math/lanes.h"
+
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
+namespace embrun {
+
+namespace {
+
+// Bounds on the second derivatives of a kernel around a particle, in units of its influence radius.
+
+/// How far the second derivative in any direction falls below and rises above 0 within `h` of distance u.
+struct CurvatureLanes {
+  F16 down, up;
+};
+
+/// Range of one axis' second derivative over a box.
+struct AxisRange {
+  F16 least, most;
+};
+
+template <Kernel kernel>
+struct CurvatureBounds;
+
+template <>
+struct CurvatureBounds<Kernel::metaball> {
+  /// Outside the core the eigenvalues are 3 (radial) and -3(1/u - 1) (across); in it all are -6.
+  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
+    const F16 nearest = max_of(u - h, splat(1.0f / 3.0f));
+    const F16 across = max_of(3.0f / nearest - 3.0f, splat(0.0f));
+    const F16 down = select_less(u - h, splat(1.0f / 3.0f), splat(6.0f), across);
+    const F16 radial = select_less(u - h, splat(1.0f), splat(3.0f), splat(0.0f));
+    return {down, select_less(u + h, splat(1.0f / 3.0f), splat(0.0f), radial)};
+  }
+  /// d^2 f/dk^2 = 3 (1 - rho^2/u^3) for 1/3 <= u <= 1, with rho the distance from the particle's k axis and a the
+  /// distance along it: u^2 = rho^2 + a^2. For given a it falls and then rises in rho^2, least at rho^2 = 2 a^2.
+  static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
+    const F16 u_least = a_least * a_least + rho_least * rho_least;
+    const F16 u_most = a_most * a_most + rho_most * rho_most;
+    // Most: the far end of a, either end of rho; beyond the support it is 0, and rho^2/u^3 >= rho^2 within.
+    const F16 one = splat(1.0f), zero = splat(0.0f);
+    const F16 ratio_near = ratio(rho_least, a_most);
+    const F16 ratio_far = ratio(rho_most, a_most);
+    F16 most = 3.0f * (1.0f - min_of(ratio_near, ratio_far));
+    most = min_of(most, 3.0f * (1.0f - rho_least * rho_least));
+    // A box that leaves the support contains 0.
+    most = select_less(one, u_most, max_of(most, zero), most);
+    most = select_less(u_least, one, most, zero);
+    // Least: the near end of a, where rho^2 = 2 a^2 if the box has it, else an end of rho. -6 in the core.
+    const F16 two_a = 2.0f * a_least * a_least;
+    const F16 worst = min_of(max_of(two_a, rho_least * rho_least), rho_most * rho_most);
+    const F16 u2 = max_of(worst + a_least * a_least, splat(1.0f / 9.0f));
+    const F16 inverse = rsqrt_of(u2) * 1.00001f;
+    F16 least = 3.0f * (1.0f - worst * (inverse * inverse * inverse));
+    // With u kept at 1/3 or more the ratio may still be larger nearer the particle: -6 is the floor there.
+    least = select_less(u_least, splat(1.0f / 9.0f), splat(-6.0f), max_of(least, splat(-6.0f)));
+    least = select_less(one, u_most, min_of(least, zero), least);
+    least = select_less(u_least, one, least, zero);
+    return {least, most};
+  }
+
+ private:
+  static EMBRUN_FN F16 ratio(F16 rho, F16 a) {
+    const F16 square = rho * rho;
+    const F16 inverse = rsqrt_of(max_of(square + a * a, splat(1.0f / 9.0f))) * 0.99999f;
+    return square * (inverse * inverse * inverse);
+  }
+};
+
+template <>
+struct CurvatureBounds<Kernel::zhu_bridson> {
+  /// Radial (1 - q)(30 q - 6), at most 4.8; across -6 (1 - q)^2; both at least -6 (1 - q)^2.
+  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
+    const F16 nearest = max_of(u - h, splat(0.0f));
+    const F16 w = max_of(1.0f - nearest * nearest, splat(0.0f));
+    return {6.0f * w * w, select_less(nearest, splat(1.0f), splat(4.8f), splat(0.0f))};
+  }
+  /// -6 w^2 + 24 a^2 w with w = 1 - u^2.
+  static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
+    const F16 w_most = max_of(1.0f - (a_least * a_least + rho_least * rho_least), splat(0.0f));
+    const F16 w_least = max_of(1.0f - (a_most * a_most + rho_most * rho_most), splat(0.0f));
+    return {24.0f * a_least * a_least * w_least - 6.0f * w_most * w_most,
+            24.0f * a_most * a_most * w_most - 6.0f * w_least * w_least};
+  }
+};
+
+template <>
+struct CurvatureBounds<Kernel::blinn> {
+  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
+    const F16 nearest = max_of(u - h, splat(0.0f));
+    const F16 gauss = select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent),
+                                  splat(0.0f));
+    constexpr float k = blinn_exponent * 1.0011f;
+    return {2.0f * k * gauss, 0.8926f * k * gauss};
+  }
+  /// (4 k^2 a^2 - 2k) exp(-k u^2).
+  static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
+    constexpr float k = blinn_exponent;
+    const F16 zero = splat(0.0f);
+    const F16 q_least = a_least * a_least + rho_least * rho_least;
+    const F16 q_most = a_most * a_most + rho_most * rho_most;
+    const F16 cut = splat(blinn_support * blinn_support);
+    const F16 gauss_most = select_less(q_least, cut, exp_of(q_least * -k) * 1.0011f, zero);
+    const F16 gauss_least = select_less(q_most, cut, exp_of(q_most * -k), zero);
+    const F16 low = 4.0f * k * k * a_least * a_least - 2.0f * k;
+    const F16 high = 4.0f * k * k * a_most * a_most - 2.0f * k;
+    return {select_less(low, zero, low * gauss_most, low * gauss_least),
+            select_less(high, zero, high * gauss_least, high * gauss_most)};
+  }
+};
+
+/// Squared distance of sixteen points from the box center +- half.
+EMBRUN_FN F16 box_distance_squared(F16 x, F16 y, F16 z, Vec3 center, float half) {
+  const F16 zero = splat(0.0f);
+  const F16 dx = max_of(max_of(x - (center.x + half), (center.x - half) - x), zero);
+  const F16 dy = max_of(max_of(y - (center.y + half), (center.y - half) - y), zero);
+  const F16 dz = max_of(max_of(z - (center.z + half), (center.z - half) - z), zero);
+  return dx * dx + dy * dy + dz * dz;
+}
+
+std::size_t gather(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
+                   const ParticleArrays& out) {
+  std::size_t kept = 0;
+  const float reach_squared = frame.reach * frame.reach;
+  for (std::size_t i = 0; i < count; i += 16) {
+    const F16 x = load16(in.x + i), y = load16(in.y + i), z = load16(in.z + i);
+    const F16 distance = box_distance_squared(x, y, z, center, half);
+    F16 reach = splat(reach_squared);
+    F16 own = splat(0.0f);
+    if (!frame.equal_radii) {
+      own = load16(in.reach + i);
+      reach = own * own;
+    }
+#if defined(__AVX512F__)
+    // The one place where an intrinsic is far faster than what the compiler makes of the plain loop below.
+    const std::size_t valid = count - i;
+    const __mmask16 mask = _mm512_mask_cmp_ps_mask(
+        static_cast<__mmask16>(valid >= 16 ? 0xffff : (1u << valid) - 1), distance.part[0], reach.part[0], _CMP_LT_OQ);
+    _mm512_storeu_ps(out.x + kept, _mm512_maskz_compress_ps(mask, x.part[0]));
+    _mm512_storeu_ps(out.y + kept, _mm512_maskz_compress_ps(mask, y.part[0]));
+    _mm512_storeu_ps(out.z + kept, _mm512_maskz_compress_ps(mask, z.part[0]));
+    if (!frame.equal_radii) _mm512_storeu_ps(out.reach + kept, _mm512_maskz_compress_ps(mask, own.part[0]));
+    kept += static_cast<std::size_t>(__builtin_popcount(mask));
+#else
+    float d[16], r[16];
+    store16(d, distance);
+    store16(r, reach);
+    const std::size_t valid = count - i < 16 ? count - i : 16;
+    for (std::size_t j = 0; j < valid; ++j) {
+      out.x[kept] = in.x[i + j];
+      out.y[kept] = in.y[i + j];
+      out.z[kept] = in.z[i + j];
+      if (!frame.equal_radii) out.reach[kept] = in.reach[i + j];
+      kept += d[j] < r[j] ? 1 : 0;
+    }
+#endif
+  }
+  return kept;
+}
+
+/// Bounds on the field D (not divided by T) over a cell.
+struct FieldBounds {
+  float least, most;
+};
+
+/// Bounds by value, gradient and curvature at the centres of the cell's eight octants: cheap, and enough for most
+/// of the cells deep inside and far outside. Lanes 0-7 are the octants for one particle, 8-15 for the next.
+template <Kernel kernel>
+FieldBounds octant_bounds(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
+                          float half) {
+  float px[16], py[16], pz[16], index[16];
+  const float offset = 0.5f * half;
+  for (int i = 0; i < 16; ++i) {
+    index[i] = static_cast<float>(i);
+    px[i] = center.x + ((i & 1) != 0 ? offset : -offset);
+    py[i] = center.y + ((i & 2) != 0 ? offset : -offset);
+    pz[i] = center.z + ((i & 4) != 0 ? offset : -offset);
+  }
+  const F16 ox = load16(px), oy = load16(py), oz = load16(pz), lane = load16(index), eight = splat(8.0f);
+  const float scale = frame.support / frame.reach;
+  // Half the diagonal of an octant, in units of b.
+  const float h = 0.8660255f * half * scale;
+  F16 value = splat(0.0f), gx = value, gy = value, gz = value, down = value, up = value;
+  for (std::size_t i = 0; i < count; i += 2) {
+    const auto pair = [&](const float* v) { return select_less(lane, eight, splat(v[i]), splat(v[i + 1])); };
+    const F16 x = (pair(list.x) - ox) * scale, y = (pair(list.y) - oy) * scale, z = (pair(list.z) - oz) * scale;
+    const F16 q = max_of(x * x + y * y + z * z, splat(1e-12f));
+    F16 f, pull, inverse;
+    KernelLanes<kernel>::value_and_pull(q, f, pull, inverse);
+    value += f;
+    gx += pull * x, gy += pull * y, gz += pull * z;
+    const CurvatureLanes bend = CurvatureBounds<kernel>::within(q * inverse, h);
+    down += bend.down;
+    up += bend.up;
+  }
+  float v[16], x[16], y[16], z[16], below[16], above[16];
+  store16(v, value), store16(x, gx), store16(y, gy), store16(z, gz), store16(below, down), store16(above, up);
+  FieldBounds bounds{infinity, -infinity};
+  for (int i = 0; i < 8; ++i) {
+    const float slope = length(Vec3{x[i] + x[i + 8], y[i] + y[i + 8], z[i] + z[i + 8]});
+    const float d = v[i] + v[i + 8];
+    bounds.least = min_of(bounds.least, d - slope * h - 0.5f * h * h * (below[i] + below[i + 8]));
+    bounds.most = max_of(bounds.most, d + slope * h + 0.5f * h * h * (above[i] + above[i + 8]));
+  }
+  return bounds;
+}
+
+/// D at the 4 x 4 x 4 nodes of a cell (x fastest, faces included), and sums of the axes' second-derivative ranges.
+struct NodeSamples {
+  F16 plane[4];         ///< D on each z plane
+  float least[3];       ///< over the cell, in units of 1 / (cell side)^2
+  float most[3];
+  float small_maximum;  ///< what particles too small for the nodes may add anywhere
+};
+
+template <Kernel kernel>
+NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
+                         float half) {
+  NodeSamples s{};
+  float nx[16], ny[16];
+  const float third = half * (2.0f / 3.0f);
+  for (int i = 0; i < 16; ++i) {
+    nx[i] = static_cast<float>(i & 3) * third - half;
+    ny[i] = static_cast<float>(i >> 2) * third - half;
+  }
+  const F16 node_x = load16(nx), node_y = load16(ny);
+  const float equal_scale = frame.support / frame.reach;
+  for (std::size_t i = 0; i < count; ++i) {
+    float scale = equal_scale;
+    if (!frame.equal_radii) {
+      scale = frame.support / list.reach[i];
+      if (list.reach[i] < third) continue;
+    }
+    const F16 x = (node_x + (center.x - list.x[i])) * scale;
+    const F16 y = (node_y + (center.y - list.y[i])) * scale;
+    const F16 across = x * x + y * y;
+    for (int k = 0; k < 4; ++k) {
+      const float z = (center.z - list.z[i] + static_cast<float>(k) * third - half) * scale;
+      s.plane[k] += KernelLanes<kernel>::value(across + z * z);
+    }
+  }
+
+  F16 least[3] = {splat(0.0f), splat(0.0f), splat(0.0f)};
+  F16 most[3] = {splat(0.0f), splat(0.0f), splat(0.0f)};
+  F16 small = splat(0.0f);
+  for (std::size_t i = 0; i < count; i += 16) {
+    F16 scale = splat(equal_scale);
+    F16 used = splat(1.0f);
+    if (!frame.equal_radii) {
+      const F16 reach = load16(list.reach + i);
+      scale = frame.support / reach;
+      used = select_less(reach, splat(third), splat(0.0f), splat(1.0f));
+    }
+    float valid[16];
+    for (std::size_t j = 0; j < 16; ++j) valid[j] = i + j < count ? 1.0f : 0.0f;
+    const F16 real = load16(valid);
+    small += real * (1.0f - used);
+    used = used * real;
+    F16 near_side[3], far_side[3];
+    const float* coordinate[3] = {list.x, list.y, list.z};
+    for (int a = 0; a < 3; ++a) {
+      const F16 d = load16(coordinate[a] + i) - center[a];
+      const F16 size = max_of(d, 0.0f - d);
+      near_side[a] = max_of(size - half, splat(0.0f)) * scale;
+      far_side[a] = (size + half) * scale;
+    }
+    // Second derivatives per b^2, brought to per cell side squared.
+    const F16 to_cell = used * (scale * scale) * (4.0f * half * half);
+    for (int a = 0; a < 3; ++a) {
+      const int b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
+      const F16 near_square = near_side[b] * near_side[b] + near_side[c] * near_side[c];
+      const F16 far_square = far_side[b] * far_side[b] + far_side[c] * far_side[c];
+      const F16 rho_near = near_square * rsqrt_of(max_of(near_square, splat(1e-12f)));
+      const F16 rho_far = far_square * rsqrt_of(max_of(far_square, splat(1e-12f)));
+      const AxisRange range = CurvatureBounds<kernel>::axis(near_side[a], far_side[a], rho_near, rho_far);
+      least[a] += range.least * to_cell;
+      most[a] += range.most * to_cell;
+    }
+  }
+  for (int a = 0; a < 3; ++a) {
+    s.least[a] = sum_lanes(least[a]);
+    s.most[a] = sum_lanes(most[a]);
+  }
+  s.small_maximum = sum_lanes(small);
+  return s;
+}
+
+/// Least-squares quadratic through the 64 nodes, coordinates in cell sides from the centre. On the product grid
+/// {-1/2, -1/6, 1/6, 1/2}^3 the monomials minus their means are orthogonal, so each coefficient is one sum.
+void fit_quadratic(const NodeSamples& s, float q[10]) {
+  float nx[16], ny[16];
+  for (int i = 0; i < 16; ++i) {
+    nx[i] = static_cast<float>(i & 3) / 3.0f - 0.5f;
+    ny[i] = static_cast<float>(i >> 2) / 3.0f - 0.5f;
+  }
+  const F16 x = load16(nx), y = load16(ny);
+  constexpr float mean_square = 5.0f / 36.0f;  // of {1/4, 1/36}
+  constexpr float spread = 1.0f / 81.0f;       // variance of the same
+  const F16 xx = x * x - mean_square, yy = y * y - mean_square;
+  F16 sum = splat(0.0f), sum_z = sum, sum_zz = sum;
+  for (int k = 0; k < 4; ++k) {
+    const float z = static_cast<float>(k) / 3.0f - 0.5f;
+    sum += s.plane[k];
+    sum_z += s.plane[k] * z;
+    sum_zz += s.plane[k] * (z * z - mean_square);
+  }
+  constexpr float count = 64.0f;
+  q[4] = sum_lanes(sum * xx) / (count * spread);
+  q[5] = sum_lanes(sum * yy) / (count * spread);
+  q[6] = sum_lanes(sum_zz) / (count * spread);
+  q[0] = sum_lanes(sum) / count - mean_square * (q[4] + q[5] + q[6]);
+  q[1] = sum_lanes(sum * x) / (count * mean_square);
+  q[2] = sum_lanes(sum * y) / (count * mean_square);
+  q[3] = sum_lanes(sum_z) / (count * mean_square);
+  q[7] = sum_lanes(sum * x * y) / (count * mean_square * mean_square);
+  q[8] = sum_lanes(sum_z * x) / (count * mean_square * mean_square);
+  q[9] = sum_lanes(sum_z * y) / (count * mean_square * mean_square);
+}
+
+/// Least and largest difference D - q at the nodes.
+FieldBounds node_residuals(const NodeSamples& s, const float q[10]) {
+  float nx[16], ny[16];
+  for (int i = 0; i < 16; ++i) {
+    nx[i] = static_cast<float>(i & 3) / 3.0f - 0.5f;
+    ny[i] = static_cast<float>(i >> 2) / 3.0f - 0.5f;
+  }
+  const F16 x = load16(nx), y = load16(ny);
+  F16 least = splat(infinity), most = splat(-infinity);
+  for (int k = 0; k < 4; ++k) {
+    const float z = static_cast<float>(k) / 3.0f - 0.5f;
+    const F16 model = (q[0] + z * (q[3] + z * q[6])) + x * (q[1] + q[8] * z) + y * (q[2] + q[9] * z) + x * x * q[4] +
+                      y * y * q[5] + x * y * q[7];
+    const F16 residual = s.plane[k] - model;
+    least = min_of(least, residual);
+    most = max_of(most, residual);
+  }
+  return {min_lane(least), max_lane(most)};
+}
+
+template <Kernel kernel>
+void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
+                SurfaceCell& cell) {
+  cell.kind = SurfaceCellKind::outside;
+  const float threshold = 1.0f / frame.inverse_threshold;
+  if (static_cast<float>(count) < threshold) return;  // no kernel exceeds 1
+  // Rounding of the sums, here and where the field is evaluated, stays well under this.
+  const float rounding = 2e-6f * static_cast<float>(count) + 1e-5f * threshold;
+
+  for (std::size_t i = 0; i < 16; ++i) {
+    list.x[count + i] = list.y[count + i] = list.z[count + i] = 1e15f;
+    if (!frame.equal_radii) list.reach[count + i] = 1.0f;
+  }
+
+  // Worth it where supports are large against the octants, as for n >= 3; else the bounds decide nothing.
+  if (frame.equal_radii && frame.reach > 4.9f * half) {
+    const FieldBounds coarse = octant_bounds<kernel>(frame, list, count, center, half);
+    if (coarse.most + rounding < threshold) return;
+    if (coarse.least - rounding > threshold) {
+      cell.kind = SurfaceCellKind::inside;
+      return;
+    }
+  }
+
+  const NodeSamples s = sample_nodes<kernel>(frame, list, count, center, half);
+  // Between nodes d = 1/3 apart a function departs from its trilinear interpolation by at most d^2/8 times the sum
+  // over the axes of its second derivative's bound (linear interpolation, one axis after the other).
+  constexpr float gap = 1.0f / 72.0f;
+  float most = -infinity, least = infinity;
+  for (int k = 0; k < 4; ++k) {
+    most = max_of(most, max_lane(s.plane[k]));
+    least = min_of(least, min_lane(s.plane[k]));
+  }
+  for (int a = 0; a < 3; ++a) {
+    most += gap * max_of(0.0f, -s.least[a]);
+    least -= gap * max_of(0.0f, s.most[a]);
+  }
+  if (most + s.small_maximum + rounding < threshold) return;
+  if (least - rounding > threshold) {
+    cell.kind = SurfaceCellKind::inside;
+    return;
+  }
+
+  float q[10];
+  fit_quadratic(s, q);
+  FieldBounds residual = node_residuals(s, q);
+  for (int a = 0; a < 3; ++a) {
+    const float curve = 2.0f * q[4 + a];
+    residual.most += gap * max_of(0.0f, curve - s.least[a]);
+    residual.least -= gap * max_of(0.0f, s.most[a] - curve);
+  }
+  residual.most += s.small_maximum;
+
+  // The quadratic's own range over the cell: its nodes, and half a gap's worth of its curvature between them.
+  const FieldBounds at_nodes = node_residuals(NodeSamples{}, q);
+  float bend = 0.0f;
+  for (int a = 0; a < 3; ++a) bend += gap * fabsf(2.0f * q[4 + a]);
+  if (-at_nodes.least + bend + residual.most + rounding < threshold) return;
+  if (-at_nodes.most - bend + residual.least - rounding > threshold) {
+    cell.kind = SurfaceCellKind::inside;
+    return;
+  }
+
+  // To grid units and the relative field g = D/T - 1.
+  cell.kind = SurfaceCellKind::near;
+  const float side = 2.0f * half / frame.units_per_grid;
+  const float per_side = frame.inverse_threshold / side;
+  cell.quadratic[0] = q[0] * frame.inverse_threshold - 1.0f;
+  for (int i = 1; i < 4; ++i) cell.quadratic[i] = q[i] * per_side;
+  for (int i = 4; i < 10; ++i) cell.quadratic[i] = q[i] * per_side / side;
+  cell.upper = (residual.most + rounding) * frame.inverse_threshold;
+  cell.lower = (rounding - residual.least) * frame.inverse_threshold;
+}
+
+void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
+             SurfaceCell& cell) {
+  switch (frame.kernel) {
+    case Kernel::metaball: return examine_as<Kernel::metaball>(frame, list, count, center, half, cell);
+    case Kernel::zhu_bridson: return examine_as<Kernel::zhu_bridson>(frame, list, count, center, half, cell);
+    case Kernel::blinn: return examine_as<Kernel::blinn>(frame, list, count, center, half, cell);
+  }
+}
+
+}  // namespace
+
+const CellModelLoops EMBRUN_CELL_MODEL = {gather, examine};
+
+}  // namespace embrun

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "geometry/surface_settings.h"
+#include "math/vec.h"
+
+namespace embrun {
+
+/// How one cell of the acceleration grid stands to the surface.
+enum class SurfaceCellKind : std::uint32_t {
+  outside,  ///< the field is proven below the threshold everywhere in the cell
+  inside,   ///< proven above
+  near,     ///< may hold the surface: `list` and `recovered` say by which particles
+  split,    ///< eight child cells from `list` on, x fastest (only with radii far smaller than the cell)
+};
+
+/// One cell near the surface: a cache line. Lengths are in grid units (the side of a top-level cell),
+/// positions relative to the cell's centre. The quadratic
+///   q(y) = c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz
+/// models the relative field g = D/T - 1, and  q - lower <= g <= q + upper  is proven all over the cell.
+struct alignas(64) SurfaceCell {
+  float quadratic[10];
+  float upper, lower;
+  std::uint32_t list;  ///< first block of the particle list, or first child
+  std::uint16_t list_blocks;
+  std::uint16_t recovered_count;
+  std::uint32_t recovered;  ///< first of the cell's recovered particles
+  SurfaceCellKind kind;
+};
+static_assert(sizeof(SurfaceCell) == 64);
+
+/// 4x4x4 cells: which are near the surface, which of the others are inside, and where the records begin.
+struct SurfaceTile {
+  std::uint64_t near_mask;
+  std::uint64_t inside_mask;
+  std::uint32_t first_cell;
+  std::uint32_t padding;
+};
+
+/// A recovered particle in a cell's list: grid units, relative to the cell's centre.
+struct RecoveredParticle {
+  float x, y, z;
+  float inverse_radius;  ///< 1 / b', b' its influence radius
+  float weight;          ///< w / T'
+};
+
+/// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.
+/// The surface is max(D/T, D'/T') = 1 (D' the field of the recovered particles).
+struct ImplicitSurfaceView {
+  double origin[3];  ///< low corner of the grid, scene coordinates in metres
+  float cell_size;   ///< metres a grid unit
+  int cells[3];      ///< multiples of 4
+  int tiles[3];
+  const std::uint8_t* skip;  ///< [octant][tile][cell]: edge of the largest forward cube without a near cell
+  const SurfaceTile* tile;
+  const SurfaceCell* cell;
+  const std::uint16_t* packed_lists;  ///< equal radii: blocks of 16 x, 16 y, 16 z on the cell's lattice
+  const float* wide_lists;            ///< unequal radii: blocks of 16 x, y, z, 1/b
+  const RecoveredParticle* recovered;
+  float inverse_threshold;    ///< 1/T
+  float inverse_influence;    ///< 1/b in 1/grid units (equal radii)
+  float lattice_per_cell;     ///< lattice steps a grid unit (equal radii)
+  float lattice_bias;         ///< lattice coordinate of a cell's low corner
+  Kernel kernel;
+  NormalMode normal;
+  bool equal_radii;
+};
+
+/// Sizes and times of a built surface, for reports.
+struct ImplicitSurfaceStats {
+  std::size_t particles = 0;
+  std::size_t recovered_particles = 0;
+  std::size_t cells = 0;       ///< of the top grid
+  std::size_t near_cells = 0;  ///< records
+  std::size_t bytes = 0;       ///< at rest
+  double mean_list_length = 0;
+  float influence_radius = 0;  ///< b in metres
+  float threshold = 0;         ///< T
+};
+
+/// An implicit surface ready for rays. Owns the arrays its view points into; immutable once built.
+class ImplicitSurface {
+ public:
+  struct Storage;
+
+  ImplicitSurface();
+  ~ImplicitSurface();
+  ImplicitSurface(ImplicitSurface&&) noexcept;
+  ImplicitSurface& operator=(ImplicitSurface&&) noexcept;
+  explicit ImplicitSurface(std::unique_ptr<Storage> storage);
+
+  const ImplicitSurfaceView& view() const;
+  const ImplicitSurfaceStats& stats() const;
+
+ private:
+  std::unique_ptr<Storage> storage_;
+};
+
+/// Builds the surface of the particles (method section 1).
+/// `positions`: scene coordinates in metres, finite, at least one. `radii`: empty (all settings.radius) or one
+/// positive finite radius a particle. The result does not depend on the number of threads.
+/// Throws Error when the particles or settings cannot make a surface.
+ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::span<const float> radii,
+                                       const SurfaceSettings& settings);
+
+}  // namespace embrun

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "geometry/implicit_surface.h"
+
+namespace embrun {
+
+/// The arrays of a built surface.
+struct ImplicitSurface::Storage {
+  std::vector<std::uint8_t> skip;
+  std::vector<SurfaceTile> tiles;
+  std::vector<SurfaceCell> cells;
+  std::vector<std::uint16_t> packed_lists;
+  std::vector<float> wide_lists;
+  std::vector<RecoveredParticle> recovered;
+  ImplicitSurfaceView view{};
+  ImplicitSurfaceStats stats;
+};
+
+}  // namespace embrun

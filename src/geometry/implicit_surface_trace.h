@@ -1,0 +1,530 @@
+#pragma once
+
+#include "geometry/implicit_surface.h"
+#include "geometry/implicit_surface_field.h"
+#include "geometry/surface_hit.h"
+#include "math/ray.h"
+
+namespace embrun {
+
+// Ray against the implicit surface. All lengths are grid units until the very end.
+//
+// The ray walks the top grid by cubes that hold no near cell. In a near cell the model of the field along the
+// ray, a parabola within proven bounds, says where the field cannot cross; where it can, the field is evaluated
+// exactly, and each evaluation proves a whole interval free of crossings from the value, the slope and the
+// bounds on the second derivative (FieldOnLine). So the crossing that is returned is the first one.
+
+/// A ray in grid units, and the part of it that lies in one cell.
+struct GridRay {
+  Vec3 origin;
+  Vec3 direction;
+  Vec3 inverse_direction;
+};
+
+/// Upper model of F along a ray, F being g going in and -g going out: F <= p0 + p1 t + p2 t^2 + slack.
+struct Parabola {
+  float p0, p1, p2;
+
+  EMBRUN_FN float at(float t) const { return p0 + t * (p1 + t * p2); }
+};
+
+/// The bracket's width at which a crossing is found: 1e-4 of a cell, 2e-4 R0.
+inline constexpr float crossing_tolerance = 1e-4f;
+
+/// First t >= low at which the parabola is >= -slack; false if there is none up to high.
+EMBRUN_FN bool first_possible(const Parabola& p, float slack, float& low, float high) {
+  const float c = p.p0 + slack;
+  const float here = c + low * (p.p1 + low * p.p2);
+  if (here >= 0.0f) return true;
+  const float slope = p.p1 + 2.0f * p.p2 * low;
+  // here + slope dt + p2 dt^2 = 0, smallest dt > 0.
+  const float disc = slope * slope - 4.0f * p.p2 * here;
+  if (disc < 0.0f) return false;
+  const float root = sqrtf(disc);
+  float step;
+  if (slope > 0.0f) {
+    step = -2.0f * here / (slope + root);
+  } else {
+    if (p.p2 <= 0.0f) return false;
+    step = (root - slope) / (2.0f * p.p2);
+  }
+  low += step;
+  return low <= high;
+}
+
+/// Where to look first: the parabola's first zero in [low, high], else its highest point there.
+EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
+  float t = low;
+  if (first_possible(p, 0.0f, t, high)) return t;
+  if (p.p2 < 0.0f) return clamp(-p.p1 / (2.0f * p.p2), low, high);
+  return p.at(high) > p.at(low) ? high : low;
+}
+
+/// First t in [low, high] at which F = sign * g reaches 0 from below. `evaluate(t)` gives g on the ray.
+/// `guess` is where to look first. With `starts_on_surface` F may be a rounding error above 0 at `low`.
+template <class Evaluate>
+EMBRUN_LOCAL_FN bool first_crossing(const Evaluate& evaluate, float sign, const Parabola& model, float slack, float low,
+                              float high, float guess, bool starts_on_surface, float& t_hit) {
+  float sure = infinity;  // F has reached 0 by here
+  float t = starts_on_surface ? low : guess;
+  float last_width = infinity;
+  for (int i = 0; i < 200; ++i) {
+    const FieldOnLine g = evaluate(t);
+    const float value = sign * g.value;
+    const float slope = sign * g.slope;
+    const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
+    const float down = max_of(sign > 0.0f ? g.down : g.up, 1e-12f);
+
+    // Around t, F stays under value + slope s + up s^2 / 2: the interval where that is negative is free.
+    const float disc = slope * slope - 2.0f * up * value;
+    bool gap = true;
+    if (value < 0.0f) {
+      const float root = sqrtf(disc);
+      const float before = slope > 0.0f ? (slope + root) / up : -2.0f * value / (root - slope);
+      const float after = slope > 0.0f ? -2.0f * value / (slope + root) : (root - slope) / up;
+      if (t - before <= low) {
+        gap = false;
+        low = max_of(low, t + after);
+      }
+      // And over value + slope s - down s^2 / 2, which may prove a crossing.
+      const float lower_disc = slope * slope + 2.0f * down * value;
+      if (slope > 0.0f && lower_disc >= 0.0f) sure = min_of(sure, t - 2.0f * value / (slope + sqrtf(lower_disc)));
+    } else if (starts_on_surface && i == 0) {
+      // The ray starts on the surface: rounding put it across. It leaves within the smaller root of the bound.
+      if (slope < 0.0f && disc > 0.0f) {
+        const float root = sqrtf(disc);
+        low += 2.0f * value / (root - slope);
+        low = max_of(low, t + (root - slope) / up);
+        gap = false;
+      } else if (slope < 0.0f) {
+        low += crossing_tolerance;
+        gap = false;
+      } else {
+        t_hit = t;
+        return true;
+      }
+    } else {
+      sure = min_of(sure, t);
+      if (slope > 0.0f && disc > 0.0f) {
+        const float root = sqrtf(disc);
+        if (t - (slope + root) / up <= low) {
+          gap = false;
+          low = max_of(low, t - 2.0f * value / (slope + root));
+        }
+      }
+    }
+
+    if (low > high) return false;
+    const float newton = slope > 0.0f ? t - value / slope : infinity;
+    if (sure < infinity) {
+      const float width = sure - low;
+      if (width <= crossing_tolerance) {
+        t_hit = newton > low && newton < sure ? newton : 0.5f * (low + sure);
+        return t_hit <= high;
+      }
+      // A crossing is in (low, sure]. Newton, unless it leaves the bracket or has stopped gaining.
+      t = newton > low && newton < sure && width < 0.5f * last_width ? newton : gap ? low : 0.5f * (low + sure);
+      last_width = width;
+    } else {
+      if (!first_possible(model, slack, low, high)) return false;
+      // Evaluating at `low` always moves it on; Newton's point does when the free interval reaches back to it.
+      t = !gap && newton > low && newton <= high ? newton : low;
+    }
+  }
+  // Hundreds of near-tangencies in one cell: take the last one as a touch that is no crossing.
+  return false;
+}
+
+/// The parabola of the cell's quadratic along the ray, times sign.
+EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float sign) {
+  const float* c = cell.quadratic;
+  const float hx = 2.0f * c[4] * o.x + c[7] * o.y + c[8] * o.z;
+  const float hy = c[7] * o.x + 2.0f * c[5] * o.y + c[9] * o.z;
+  const float hz = c[8] * o.x + c[9] * o.y + 2.0f * c[6] * o.z;
+  const float value = c[0] + c[1] * o.x + c[2] * o.y + c[3] * o.z + 0.5f * (hx * o.x + hy * o.y + hz * o.z);
+  const float slope = (c[1] + hx) * d.x + (c[2] + hy) * d.y + (c[3] + hz) * d.z;
+  const float curve = c[4] * d.x * d.x + c[5] * d.y * d.y + c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.x * d.z +
+                      c[9] * d.y * d.z;
+  return {sign * value, sign * slope, sign * curve};
+}
+
+/// Which field a crossing belongs to.
+enum class SurfaceBranch { main, recovered };
+
+/// A crossing inside one cell, before normals.
+struct CellCrossing {
+  float t;
+  SurfaceBranch branch;
+};
+
+/// First crossing of the main field's side change within [low, high]; `origin` is relative to the cell's centre
+/// and t = 0 there.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
+                             float sign, float low, float high, bool starts_on_surface, float& t) {
+  const Parabola model = model_along(cell, origin, direction, sign);
+  const float slack = sign > 0.0f ? cell.upper : cell.lower;
+  if (!first_possible(model, slack, low, high)) return false;
+  const float guess = likely_crossing(model, low, high);
+  const auto evaluate = [&](float at) {
+    return field_on_line<kernel, equal_radii>(s, cell, origin + direction * at, direction);
+  };
+  return first_crossing(evaluate, sign, model, slack, low, high, guess, starts_on_surface, t);
+}
+
+/// The same for the recovered particles' field, which has no model.
+template <Kernel kernel>
+EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
+                                  float sign, float low, float high, bool starts_on_surface, float& t) {
+  float guess = low;
+  if (sign > 0.0f) {
+    // The line's part inside supports, the most the field can be on it, and where lone balls would be hit.
+    constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
+    float begin = infinity, end = -infinity, most = 0.0f, ball = infinity;
+    for (std::uint32_t i = 0; i < cell.recovered_count; ++i) {
+      const RecoveredParticle& r = s.recovered[cell.recovered + i];
+      const Vec3 to = {r.x - origin.x, r.y - origin.y, r.z - origin.z};
+      const float ahead = dot(to, direction);
+      const Vec3 side = to - direction * ahead;
+      const float beside = dot(side, side) * square(r.inverse_radius);
+      if (beside >= support * support) continue;
+      const float half = sqrtf(support * support - beside) / r.inverse_radius;
+      if (ahead + half < low || ahead - half > high) continue;
+      begin = min_of(begin, ahead - half);
+      end = max_of(end, ahead + half);
+      most += r.weight * kernel_value(kernel, sqrtf(beside));
+      // Weight and threshold are such that f = T' at half the influence radius.
+      const float chord = 0.25f - beside;
+      ball = min_of(ball, ahead - (chord > 0.0f ? sqrtf(chord) / r.inverse_radius : 0.0f));
+    }
+    if (most < 0.9999f) return false;
+    low = max_of(low, begin);
+    high = min_of(high, end);
+    if (low > high) return false;
+    guess = clamp(ball, low, high);
+  }
+  const auto evaluate = [&](float at) {
+    return recovered_on_line<kernel>(s, cell, origin + direction * at, direction);
+  };
+  const Parabola none{0.0f, 0.0f, 0.0f};
+  return first_crossing(evaluate, sign, none, 1.0f, low, high, guess, starts_on_surface, t);
+}
+
+/// First crossing of the union's surface within [low, high] of one near cell.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
+                             bool inside, float low, float high, bool starts_on_surface, CellCrossing& hit) {
+  const bool has_main = cell.list_blocks > 0;
+  const bool has_recovered = cell.recovered_count > 0;
+  if (!inside) {
+    bool found = false;
+    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface,
+                                                       hit.t)) {
+      hit.branch = SurfaceBranch::main;
+      found = true;
+      high = hit.t;
+    }
+    float t;
+    if (has_recovered && recovered_crossing<kernel>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface, t)) {
+      hit = {t, SurfaceBranch::recovered};
+      found = true;
+    }
+    return found;
+  }
+  // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other.
+  hit = {low, SurfaceBranch::main};
+  for (int i = 0; i < 16; ++i) {
+    if (has_main) {
+      float t = low;
+      // Where the main field is already below its threshold (the ray is inside the other only) it is passed by.
+      const bool under = has_recovered &&
+                         field_value<kernel, equal_radii>(s, cell, origin + direction * low) < (i == 0 ? 0.0f : 1e-6f);
+      if (!under) {
+        if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
+                                                starts_on_surface && !has_recovered, t)) {
+          return false;
+        }
+        hit = {t, SurfaceBranch::main};
+        low = t;
+      }
+    }
+    if (!has_recovered) return true;
+    const FieldOnLine r = recovered_on_line<kernel>(s, cell, origin + direction * low, direction);
+    if (r.value <= 0.0f && !(starts_on_surface && i == 0 && r.slope > 0.0f && r.value > -1e-3f)) return true;
+    float t;
+    if (!recovered_crossing<kernel>(s, cell, origin, direction, -1.0f, low, high, r.value <= 1e-4f, t)) return false;
+    hit = {t, SurfaceBranch::recovered};
+    low = t;
+    if (!has_main) return true;
+  }
+  return true;
+}
+
+/// Position, both normals and side of a crossing. `center` is the cell's centre in grid units.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
+                        const CellCrossing& crossing, bool inside, SurfaceHit& hit) {
+  const Vec3 y = origin + direction * crossing.t;
+  const FieldNormals n = crossing.branch == SurfaceBranch::main ? field_normals<kernel, equal_radii>(s, cell, y)
+                                                                : recovered_normals<kernel>(s, cell, y);
+  const float gradient = length(n.gradient);
+  const float weighted = length(n.weighted);
+  const Vec3 against = inside ? direction : -direction;
+  hit.geometric_normal = gradient > 1e-12f ? n.gradient * (1.0f / gradient) : against;
+  hit.shading_normal =
+      s.normal == NormalMode::weighted && weighted > 1e-12f ? n.weighted * (1.0f / weighted) : hit.geometric_normal;
+  hit.entering = !inside;
+}
+
+/// t at which the ray leaves the box [low, high] and through which axis.
+EMBRUN_FN float box_exit(const GridRay& ray, Vec3 low, Vec3 high, int& axis) {
+  const float tx = ((ray.direction.x >= 0.0f ? high.x : low.x) - ray.origin.x) * ray.inverse_direction.x;
+  const float ty = ((ray.direction.y >= 0.0f ? high.y : low.y) - ray.origin.y) * ray.inverse_direction.y;
+  const float tz = ((ray.direction.z >= 0.0f ? high.z : low.z) - ray.origin.z) * ray.inverse_direction.z;
+  axis = tx < ty ? (tx < tz ? 0 : 2) : (ty < tz ? 1 : 2);
+  return axis == 0 ? tx : axis == 1 ? ty : tz;
+}
+
+/// The part [low, high] of a ray inside one near top cell, whose children are walked front to back.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell* cell, Vec3 center, const GridRay& ray,
+                             bool inside, float low, float high, bool starts_on_surface, float& t, SurfaceHit& hit) {
+  float half = 0.5f;
+  const SurfaceCell* const top = cell;
+  const Vec3 top_center = center;
+  for (int guard = 0; guard < 4096; ++guard) {
+    float end = high;
+    if (top->kind == SurfaceCellKind::split) {
+      // Descend to the leaf that holds the ray at `low`, from the top each time.
+      cell = top;
+      center = top_center;
+      half = 0.5f;
+      const Vec3 p = ray.origin + ray.direction * low;
+      while (cell->kind == SurfaceCellKind::split) {
+        half *= 0.5f;
+        const bool x = p.x > center.x || (p.x == center.x && ray.direction.x > 0.0f);
+        const bool y = p.y > center.y || (p.y == center.y && ray.direction.y > 0.0f);
+        const bool z = p.z > center.z || (p.z == center.z && ray.direction.z > 0.0f);
+        center += Vec3{x ? half : -half, y ? half : -half, z ? half : -half};
+        cell = s.cell + cell->list + (x ? 1 : 0) + (y ? 2 : 0) + (z ? 4 : 0);
+      }
+      int axis;
+      const Vec3 h{half, half, half};
+      end = min_of(high, max_of(box_exit(ray, center - h, center + h, axis), low));
+    }
+    if (cell->kind == SurfaceCellKind::near) {
+      const Vec3 origin = ray.origin - center;
+      CellCrossing crossing;
+      if (cell_crossing<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, low, end, starts_on_surface,
+                                             crossing)) {
+        t = crossing.t;
+        fill_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, crossing, inside, hit);
+        return true;
+      }
+      starts_on_surface = false;
+    }
+    if (end >= high) return false;
+    low = end + 1e-6f + 1e-6f * half;
+    if (low >= high) return false;
+  }
+  return false;
+}
+
+EMBRUN_FN std::size_t surface_tile_of(const ImplicitSurfaceView& s, const int c[3]) {
+  return (static_cast<std::size_t>(c[2] >> 2) * static_cast<std::size_t>(s.tiles[1]) +
+          static_cast<std::size_t>(c[1] >> 2)) *
+             static_cast<std::size_t>(s.tiles[0]) +
+         static_cast<std::size_t>(c[0] >> 2);
+}
+EMBRUN_FN int surface_cell_in_tile(const int c[3]) { return (c[2] & 3) * 16 + (c[1] & 3) * 4 + (c[0] & 3); }
+
+EMBRUN_FN const SurfaceCell* surface_cell_record(const ImplicitSurfaceView& s, const SurfaceTile& tile, int in_tile) {
+  const std::uint64_t below = tile.near_mask & ((std::uint64_t{1} << in_tile) - 1);
+#if defined(__CUDA_ARCH__)
+  const int rank = __popcll(below);
+#else
+  const int rank = __builtin_popcountll(below);
+#endif
+  return s.cell + tile.first_cell + rank;
+}
+
+/// Whether a point (grid units) is in the body.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
+  int c[3];
+  for (int a = 0; a < 3; ++a) {
+    if (!(p[a] >= 0.0f && p[a] < static_cast<float>(s.cells[a]))) return false;
+    c[a] = min_of(static_cast<int>(p[a]), s.cells[a] - 1);
+  }
+  const SurfaceTile& tile = s.tile[surface_tile_of(s, c)];
+  const int in_tile = surface_cell_in_tile(c);
+  if (((tile.near_mask >> in_tile) & 1u) == 0) return ((tile.inside_mask >> in_tile) & 1u) != 0;
+  const SurfaceCell* cell = surface_cell_record(s, tile, in_tile);
+  Vec3 center{static_cast<float>(c[0]) + 0.5f, static_cast<float>(c[1]) + 0.5f, static_cast<float>(c[2]) + 0.5f};
+  float half = 0.5f;
+  while (cell->kind == SurfaceCellKind::split) {
+    half *= 0.5f;
+    const bool x = p.x >= center.x, y = p.y >= center.y, z = p.z >= center.z;
+    center += Vec3{x ? half : -half, y ? half : -half, z ? half : -half};
+    cell = s.cell + cell->list + (x ? 1 : 0) + (y ? 2 : 0) + (z ? 4 : 0);
+  }
+  if (cell->kind != SurfaceCellKind::near) return cell->kind == SurfaceCellKind::inside;
+  const Vec3 y = p - center;
+  if (cell->list_blocks > 0 && field_value<kernel, equal_radii>(s, *cell, y) > 0.0f) return true;
+  return cell->recovered_count > 0 && recovered_on_line<kernel>(s, *cell, y, Vec3{0, 0, 1}).value > 0.0f;
+}
+
+/// Walks the top grid from t = low to high (grid units from ray.origin).
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side, float& t,
+                         SurfaceHit& hit) {
+  const Vec3 start = ray.origin + ray.direction * low;
+  int c[3];
+  for (int a = 0; a < 3; ++a) c[a] = min_of(max_of(static_cast<int>(floorf(start[a])), 0), s.cells[a] - 1);
+
+  const bool known = side != Side::unknown;
+  bool inside = side == Side::inside;
+  {
+    const SurfaceTile& tile = s.tile[surface_tile_of(s, c)];
+    const int in_tile = surface_cell_in_tile(c);
+    if (((tile.near_mask >> in_tile) & 1u) == 0) {
+      inside = ((tile.inside_mask >> in_tile) & 1u) != 0;
+    } else if (!known) {
+      inside = contains_grid_point<kernel, equal_radii>(s, start);
+    }
+  }
+
+  const int sx = ray.direction.x >= 0.0f, sy = ray.direction.y >= 0.0f, sz = ray.direction.z >= 0.0f;
+  const std::uint8_t* skip = s.skip + static_cast<std::size_t>(sx + 2 * sy + 4 * sz) *
+                                          (static_cast<std::size_t>(s.tiles[0]) * static_cast<std::size_t>(s.tiles[1]) *
+                                           static_cast<std::size_t>(s.tiles[2]) * 64);
+  bool starts_on_surface = known;
+  for (;;) {
+    const std::size_t tile = surface_tile_of(s, c);
+    const int in_tile = surface_cell_in_tile(c);
+    const int edge = skip[tile * 64 + static_cast<std::size_t>(in_tile)];
+    const int reach = max_of(edge, 1);
+    // The forward cube of `reach` cells, and where the ray leaves it.
+    const int lx = sx ? c[0] : c[0] + 1 - reach, ly = sy ? c[1] : c[1] + 1 - reach, lz = sz ? c[2] : c[2] + 1 - reach;
+    const Vec3 corner{static_cast<float>(lx), static_cast<float>(ly), static_cast<float>(lz)};
+    const float size = static_cast<float>(reach);
+    int axis;
+    float end = max_of(box_exit(ray, corner, corner + Vec3{size, size, size}, axis), low);
+    if (edge == 0) {
+      const Vec3 center = corner + Vec3{0.5f, 0.5f, 0.5f};
+      const SurfaceCell* cell = surface_cell_record(s, s.tile[tile], in_tile);
+      if (near_cell_hit<kernel, equal_radii>(s, cell, center, ray, inside, low, min_of(end, high), starts_on_surface, t,
+                                             hit)) {
+        return true;
+      }
+      starts_on_surface = false;
+    }
+    if (end >= high) return false;
+    low = end;
+    // Exactly one cell on along the axis of exit; on the others where the ray is, within the cube just left.
+    const Vec3 p = ray.origin + ray.direction * end;
+    c[0] = axis == 0 ? (sx ? lx + reach : lx - 1) : min_of(max_of(static_cast<int>(floorf(p.x)), lx), lx + reach - 1);
+    c[1] = axis == 1 ? (sy ? ly + reach : ly - 1) : min_of(max_of(static_cast<int>(floorf(p.y)), ly), ly + reach - 1);
+    c[2] = axis == 2 ? (sz ? lz + reach : lz - 1) : min_of(max_of(static_cast<int>(floorf(p.z)), lz), lz + reach - 1);
+    if (c[axis] < 0 || c[axis] >= s.cells[axis]) return false;
+    if (c[0] < 0 || c[0] >= s.cells[0] || c[1] < 0 || c[1] >= s.cells[1] || c[2] < 0 || c[2] >= s.cells[2]) return false;
+  }
+}
+
+/// Brings the ray to grid units with its origin moved to where it enters the grid: t_world = (t + moved) * cell_size.
+EMBRUN_FN bool to_grid(const ImplicitSurfaceView& s, const Ray& ray, GridRay& local, double& moved, float& low,
+                       float& high) {
+  const double scale = 1.0 / static_cast<double>(s.cell_size);
+  double enter = static_cast<double>(ray.t_min) * scale;
+  double leave = static_cast<double>(ray.t_max) * scale;
+  double o[3];
+  for (int a = 0; a < 3; ++a) {
+    o[a] = (static_cast<double>(ray.origin[a]) - s.origin[a]) * scale;
+    const double d = static_cast<double>(ray.direction[a]);
+    const double top = static_cast<double>(s.cells[a]);
+    if (d == 0.0) {
+      if (o[a] < 0.0 || o[a] > top) return false;
+    } else {
+      const double t0 = -o[a] / d, t1 = (top - o[a]) / d;
+      enter = max_of(enter, min_of(t0, t1));
+      leave = min_of(leave, max_of(t0, t1));
+    }
+  }
+  if (!(enter <= leave)) return false;
+  moved = enter;
+  low = 0.0f;
+  high = static_cast<float>(leave - enter);
+  for (int a = 0; a < 3; ++a) {
+    const float d = ray.direction[a];
+    local.origin[a] = static_cast<float>(o[a] + enter * static_cast<double>(d));
+    local.direction[a] = d;
+    // A zero component never leaves through its faces; 1e30 keeps 0 * it from being NaN.
+    local.inverse_direction[a] = fabsf(d) > 1e-30f ? 1.0f / d : 1e30f;
+  }
+  return true;
+}
+
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ray& ray, Side side, SurfaceHit& hit) {
+  GridRay local;
+  double moved;
+  float low, high;
+  if (!to_grid(s, ray, local, moved, low, high)) return false;
+  float t;
+  // A ray that was brought to the grid starts outside, whatever was said of its origin.
+  const Side start = moved > static_cast<double>(ray.t_min) / static_cast<double>(s.cell_size) ? Side::unknown : side;
+  if (!walk_grid<kernel, equal_radii>(s, local, low, high, start, t, hit)) return false;
+  const double distance = moved + static_cast<double>(t);
+  hit.t = static_cast<float>(distance * static_cast<double>(s.cell_size));
+  for (int a = 0; a < 3; ++a) {
+    hit.position[a] = static_cast<float>(
+        s.origin[a] + static_cast<double>(s.cell_size) * (static_cast<double>(local.origin[a]) +
+                                                          static_cast<double>(local.direction[a]) * static_cast<double>(t)));
+  }
+  return true;
+}
+
+/// First crossing of the surface with t in (ray.t_min, ray.t_max). `side` is where the ray starts: for a ray that
+/// leaves the surface what its BSDF chose, so that a rounded origin does not decide; unknown asks the field.
+/// False when there is none; `hit` is then unspecified.
+EMBRUN_LOCAL_FN bool intersect_implicit_surface(const ImplicitSurfaceView& s, const Ray& ray, Side side,
+                                                SurfaceHit& hit) {
+  if (s.equal_radii) {
+    switch (s.kernel) {
+      case Kernel::metaball: return intersect_surface_as<Kernel::metaball, true>(s, ray, side, hit);
+      case Kernel::zhu_bridson: return intersect_surface_as<Kernel::zhu_bridson, true>(s, ray, side, hit);
+      case Kernel::blinn: return intersect_surface_as<Kernel::blinn, true>(s, ray, side, hit);
+    }
+  } else {
+    switch (s.kernel) {
+      case Kernel::metaball: return intersect_surface_as<Kernel::metaball, false>(s, ray, side, hit);
+      case Kernel::zhu_bridson: return intersect_surface_as<Kernel::zhu_bridson, false>(s, ray, side, hit);
+      case Kernel::blinn: return intersect_surface_as<Kernel::blinn, false>(s, ray, side, hit);
+    }
+  }
+  return false;
+}
+
+/// Whether a point (scene coordinates) is inside the body.
+EMBRUN_LOCAL_FN bool implicit_surface_contains(const ImplicitSurfaceView& s, Vec3 point) {
+  Vec3 p;
+  for (int a = 0; a < 3; ++a) {
+    p[a] = static_cast<float>((static_cast<double>(point[a]) - s.origin[a]) / static_cast<double>(s.cell_size));
+  }
+  if (s.equal_radii) {
+    switch (s.kernel) {
+      case Kernel::metaball: return contains_grid_point<Kernel::metaball, true>(s, p);
+      case Kernel::zhu_bridson: return contains_grid_point<Kernel::zhu_bridson, true>(s, p);
+      case Kernel::blinn: return contains_grid_point<Kernel::blinn, true>(s, p);
+    }
+  } else {
+    switch (s.kernel) {
+      case Kernel::metaball: return contains_grid_point<Kernel::metaball, false>(s, p);
+      case Kernel::zhu_bridson: return contains_grid_point<Kernel::zhu_bridson, false>(s, p);
+      case Kernel::blinn: return contains_grid_point<Kernel::blinn, false>(s, p);
+    }
+  }
+  return false;
+}
+
+}  // namespace embrun

@@ -1,0 +1,114 @@
+#pragma once
+
+#include "geometry/kernels.h"
+#include "math/lanes.h"
+
+namespace embrun {
+
+// The kernels of kernels.h for sixteen particles at once, with what the proofs of the surface tracer need:
+// bounds on the second derivative. Lengths in units of b: q = u^2 is the squared distance.
+
+/// A kernel along a line: value, derivative, and bounds that hold anywhere on the whole line:
+/// -down <= f'' <= up.
+struct LineLanes {
+  F16 value, slope, up, down;
+};
+
+/// exp(x) for x in [-80, 0], relative error at most 1e-6: 2^k by the exponent's bits, the rest by a polynomial.
+EMBRUN_FN F16 exp_of(F16 x) {
+  const F16 y = max_of(x, splat(-80.0f)) * 1.44269504f;
+  // Adding and taking off 1.5 * 2^23 rounds to the nearest integer.
+  const F16 rounded = (y + 12582912.0f) - 12582912.0f;
+  const F16 f = (y - rounded) * 0.69314718f;
+  F16 p = f * (1.0f / 720.0f) + (1.0f / 120.0f);
+  p = p * f + (1.0f / 24.0f);
+  p = p * f + (1.0f / 6.0f);
+  p = p * f + 0.5f;
+  p = p * f + 1.0f;
+  p = p * f + 1.0f;
+  return p * power_of_two(rounded);
+}
+
+template <Kernel kernel>
+struct KernelLanes;
+
+template <>
+struct KernelLanes<Kernel::metaball> {
+  static EMBRUN_FN F16 value(F16 q) {
+    const F16 safe = max_of(q, splat(1e-12f));
+    const F16 u = safe * rsqrt_of(safe);
+    const F16 outer = max_of(1.0f - u, splat(0.0f));
+    const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
+    return 1.5f * outer * outer - 0.5f * core * core;
+  }
+  /// `ahead`: (p_i - x) . d. Outside the core f'' = 3(1 - h^2/u^3), h the line's distance from the centre:
+  /// at most 3(1 - h^2), at least -3(1/h - 1), which the chord 2.25(1 - h^2) bounds; in the core it is -6.
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+    const F16 safe = max_of(q, splat(1e-12f));
+    const F16 inverse = rsqrt_of(safe);
+    const F16 u = safe * inverse;
+    const F16 outer = max_of(1.0f - u, splat(0.0f));
+    const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
+    const F16 beside = max_of(1.0f - (q - ahead * ahead), splat(0.0f));
+    return {1.5f * outer * outer - 0.5f * core * core, 3.0f * (outer - core) * inverse * ahead, 3.0f * beside,
+            min_of(splat(6.0f), 6.75f * beside)};
+  }
+  /// f and -f'(u)/u.
+  static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
+    const F16 safe = max_of(q, splat(1e-12f));
+    inverse = rsqrt_of(safe);
+    const F16 u = safe * inverse;
+    const F16 outer = max_of(1.0f - u, splat(0.0f));
+    const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
+    value = 1.5f * outer * outer - 0.5f * core * core;
+    pull = 3.0f * (outer - core) * inverse;
+  }
+};
+
+template <>
+struct KernelLanes<Kernel::zhu_bridson> {
+  static EMBRUN_FN F16 value(F16 q) {
+    const F16 w = max_of(1.0f - q, splat(0.0f));
+    return w * w * w;
+  }
+  /// f'' = -6 w^2 + 24 w (q - h^2) with w = 1 - q: within +-6 (1 - h^2)^2.
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+    const F16 w = max_of(1.0f - q, splat(0.0f));
+    const F16 beside = max_of(1.0f - (q - ahead * ahead), splat(0.0f));
+    const F16 bound = 6.0f * beside * beside;
+    return {w * w * w, 6.0f * w * w * ahead, bound, bound};
+  }
+  static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
+    const F16 w = max_of(1.0f - q, splat(0.0f));
+    value = w * w * w;
+    pull = 6.0f * w * w;
+    inverse = rsqrt_of(max_of(q, splat(1e-12f)));
+  }
+};
+
+template <>
+struct KernelLanes<Kernel::blinn> {
+  static constexpr float scale = 1.0f / (1.0f - blinn_cut);
+
+  static EMBRUN_FN F16 value(F16 q) {
+    return max_of((exp_of(q * -blinn_exponent) - blinn_cut) * scale, splat(0.0f));
+  }
+  /// f'' = (-2k + 4k^2 (q - h^2)) exp(-k q): at most 4k exp(-1.5) exp(-k h^2), at least -2k exp(-k h^2).
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+    const F16 gauss = exp_of(q * -blinn_exponent) * scale;
+    const F16 inner = select_less(q, splat(blinn_support * blinn_support), gauss, splat(0.0f));
+    const F16 beside_square = max_of(q - ahead * ahead, splat(0.0f));
+    const F16 beside = select_less(beside_square, splat(blinn_support * blinn_support),
+                                   exp_of(beside_square * -blinn_exponent) * scale, splat(0.0f));
+    return {max_of(gauss - blinn_cut * scale, splat(0.0f)), 2.0f * blinn_exponent * inner * ahead,
+            4.0f * 0.2231302f * blinn_exponent * beside, 2.0f * blinn_exponent * beside};
+  }
+  static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
+    const F16 gauss = exp_of(q * -blinn_exponent) * scale;
+    value = max_of(gauss - blinn_cut * scale, splat(0.0f));
+    pull = 2.0f * blinn_exponent * select_less(q, splat(blinn_support * blinn_support), gauss, splat(0.0f));
+    inverse = rsqrt_of(max_of(q, splat(1e-12f)));
+  }
+};
+
+}  // namespace embrun

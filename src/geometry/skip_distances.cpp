@@ -1,0 +1,89 @@
+#include "geometry/skip_distances.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "base/parallel.h"
+
+namespace embrun {
+
+namespace {
+
+constexpr std::uint8_t longest = 250;
+
+struct Rows {
+  std::size_t nx, ny, nz;
+  const std::uint8_t* near;  ///< 1 for a near cell, x fastest
+};
+
+/// One octant: the cube at a cell is one larger than the smallest of those at its seven forward neighbours
+/// (dynamic programming over the cells, from the far corner back).
+void sweep(const Rows& rows, int octant, std::uint8_t* out) {
+  const auto nx = static_cast<std::ptrdiff_t>(rows.nx);
+  const auto ny = static_cast<std::ptrdiff_t>(rows.ny);
+  const auto nz = static_cast<std::ptrdiff_t>(rows.nz);
+  const bool ux = (octant & 1) != 0;
+  const std::ptrdiff_t sy = (octant & 2) != 0 ? 1 : -1, sz = (octant & 4) != 0 ? 1 : -1;
+  const std::size_t row_tiles = rows.nx / 4, slab_tiles = row_tiles * (rows.ny / 4);
+  // Two slabs of rows with a border of `longest` on every side.
+  const std::size_t width = rows.nx + 2;
+  std::vector<std::uint8_t> here(width * (rows.ny + 2), longest), ahead(here), least(width);
+  for (std::ptrdiff_t zi = 0; zi < nz; ++zi) {
+    const std::ptrdiff_t z = sz > 0 ? nz - 1 - zi : zi;
+    for (std::ptrdiff_t yi = 0; yi < ny; ++yi) {
+      const std::ptrdiff_t y = sy > 0 ? ny - 1 - yi : yi;
+      const auto row_at = [&](std::vector<std::uint8_t>& slab, std::ptrdiff_t r) {
+        return slab.data() + static_cast<std::size_t>(r + 1) * width;
+      };
+      const std::uint8_t* a = row_at(here, y + sy);
+      const std::uint8_t* b = row_at(ahead, y);
+      const std::uint8_t* c = row_at(ahead, y + sy);
+      for (std::size_t x = 0; x < width; ++x) least[x] = std::min(a[x], std::min(b[x], c[x]));
+      std::uint8_t* row = row_at(here, y);
+      const std::uint8_t* near = rows.near + static_cast<std::size_t>((z * ny + y) * nx);
+      std::uint8_t last = longest;
+      for (std::ptrdiff_t xi = 0; xi < nx; ++xi) {
+        const std::ptrdiff_t x = ux ? nx - 1 - xi : xi;
+        const auto i = static_cast<std::size_t>(x + 1);
+        const std::uint8_t forward = least[ux ? i + 1 : i - 1];
+        std::uint8_t edge = std::min({last, forward, least[i]});
+        edge = near[x] != 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(std::min<int>(edge + 1, longest));
+        row[i] = last = edge;
+      }
+      std::uint8_t* tile_row =
+          out + (static_cast<std::size_t>(z / 4) * slab_tiles + static_cast<std::size_t>(y / 4) * row_tiles) * 64 +
+          static_cast<std::size_t>((z & 3) * 16 + (y & 3) * 4);
+      for (std::size_t t = 0; t < row_tiles; ++t) {
+        for (std::size_t x = 0; x < 4; ++x) tile_row[t * 64 + x] = row[1 + t * 4 + x];
+      }
+    }
+    ahead.swap(here);
+    std::fill(here.begin(), here.end(), longest);
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> skip_distances(std::span<const SurfaceTile> tiles, const int tile_counts[3]) {
+  const auto tx = static_cast<std::size_t>(tile_counts[0]), ty = static_cast<std::size_t>(tile_counts[1]);
+  const std::size_t nx = 4 * tx, ny = 4 * ty, nz = 4 * static_cast<std::size_t>(tile_counts[2]);
+  std::vector<std::uint8_t> near(nx * ny * nz);
+  parallel_for(tiles.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const std::size_t x0 = t % tx * 4, y0 = t / tx % ty * 4, z0 = t / (tx * ty) * 4;
+      for (std::size_t c = 0; c < 64; ++c) {
+        near[((z0 + c / 16) * ny + y0 + c / 4 % 4) * nx + x0 + c % 4] = (tiles[t].near_mask >> c) & 1u;
+      }
+    }
+  });
+  std::vector<std::uint8_t> skip(8 * near.size());
+  const Rows rows{nx, ny, nz, near.data()};
+  parallel_for(8, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t octant = begin; octant < end; ++octant) {
+      sweep(rows, static_cast<int>(octant), skip.data() + octant * near.size());
+    }
+  });
+  return skip;
+}
+
+}  // namespace embrun

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <cstdint>
+
+#if defined(__SSE__) && !defined(__CUDACC__)
+#include <immintrin.h>
+#endif
+
+#include "base/host_device.h"
+
+namespace embrun {
+
+/// A register of floats as wide as the instruction set of this translation unit has them, and one float on
+/// the device. F16 below is made of as many as sixteen lanes need.
+#if defined(__CUDACC__)
+inline constexpr int register_lanes = 1;
+typedef float LaneRegister;
+typedef std::int32_t LaneIntRegister;
+#else
+#if defined(__AVX512F__)
+inline constexpr int register_lanes = 16;
+#elif defined(__AVX__)
+inline constexpr int register_lanes = 8;
+#else
+inline constexpr int register_lanes = 4;
+#endif
+typedef float LaneRegister __attribute__((vector_size(4 * register_lanes)));
+typedef std::int32_t LaneIntRegister __attribute__((vector_size(4 * register_lanes)));
+typedef std::uint16_t LaneShortRegister __attribute__((vector_size(2 * register_lanes)));
+// Every function here is inlined, so how a wide vector would be passed does not matter.
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
+
+inline constexpr int lane_registers = 16 / register_lanes;
+
+/// Sixteen single-precision lanes: the block size of the loops over particles.
+struct F16 {
+  LaneRegister part[lane_registers];
+};
+
+#define EMBRUN_FOR_LANE_PARTS for (int i = 0; i < lane_registers; ++i)
+
+#define EMBRUN_LANES_BINARY(op)                                      \
+  EMBRUN_FN F16 operator op(F16 a, F16 b) {                          \
+    F16 r;                                                           \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b.part[i];        \
+    return r;                                                        \
+  }                                                                  \
+  EMBRUN_FN F16 operator op(F16 a, float b) {                        \
+    F16 r;                                                           \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b;                \
+    return r;                                                        \
+  }                                                                  \
+  EMBRUN_FN F16 operator op(float a, F16 b) {                        \
+    F16 r;                                                           \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a op b.part[i];                \
+    return r;                                                        \
+  }
+EMBRUN_LANES_BINARY(+)
+EMBRUN_LANES_BINARY(-)
+EMBRUN_LANES_BINARY(*)
+EMBRUN_LANES_BINARY(/)
+#undef EMBRUN_LANES_BINARY
+
+EMBRUN_FN F16& operator+=(F16& a, F16 b) { return a = a + b; }
+EMBRUN_FN F16& operator-=(F16& a, F16 b) { return a = a - b; }
+
+EMBRUN_FN F16 splat(float v) {
+  F16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = LaneRegister{} + v;
+  return r;
+}
+EMBRUN_FN F16 load16(const float* p) {
+  F16 r;
+  __builtin_memcpy(&r, p, sizeof r);
+  return r;
+}
+/// Sixteen 16-bit lattice coordinates as floats.
+EMBRUN_FN F16 load16(const std::uint16_t* p) {
+  F16 r;
+#if defined(__CUDACC__)
+  for (int i = 0; i < 16; ++i) r.part[i] = static_cast<float>(p[i]);
+#else
+  EMBRUN_FOR_LANE_PARTS {
+    LaneShortRegister v;
+    __builtin_memcpy(&v, p + i * register_lanes, sizeof v);
+    r.part[i] = __builtin_convertvector(__builtin_convertvector(v, LaneIntRegister), LaneRegister);
+  }
+#endif
+  return r;
+}
+EMBRUN_FN void store16(float* p, F16 v) { __builtin_memcpy(p, &v, sizeof v); }
+// The compiler makes two instructions of the comparison, where the machine has one.
+EMBRUN_FN LaneRegister larger(LaneRegister a, LaneRegister b) {
+#if defined(__CUDACC__) || !defined(__SSE__)
+  return a > b ? a : b;
+#elif defined(__AVX512F__)
+  return _mm512_max_ps(a, b);
+#elif defined(__AVX__)
+  return _mm256_max_ps(a, b);
+#else
+  return _mm_max_ps(a, b);
+#endif
+}
+EMBRUN_FN LaneRegister smaller(LaneRegister a, LaneRegister b) {
+#if defined(__CUDACC__) || !defined(__SSE__)
+  return a < b ? a : b;
+#elif defined(__AVX512F__)
+  return _mm512_min_ps(a, b);
+#elif defined(__AVX__)
+  return _mm256_min_ps(a, b);
+#else
+  return _mm_min_ps(a, b);
+#endif
+}
+EMBRUN_FN F16 max_of(F16 a, F16 b) {
+  EMBRUN_FOR_LANE_PARTS a.part[i] = larger(a.part[i], b.part[i]);
+  return a;
+}
+EMBRUN_FN F16 min_of(F16 a, F16 b) {
+  EMBRUN_FOR_LANE_PARTS a.part[i] = smaller(a.part[i], b.part[i]);
+  return a;
+}
+/// Lane by lane: a < b ? yes : no.
+EMBRUN_FN F16 select_less(F16 a, F16 b, F16 yes, F16 no) {
+  EMBRUN_FOR_LANE_PARTS a.part[i] = a.part[i] < b.part[i] ? yes.part[i] : no.part[i];
+  return a;
+}
+
+/// Sum of the lanes, in the same order on every instruction set.
+EMBRUN_FN float sum_lanes(F16 v) {
+  float lane[16];
+  store16(lane, v);
+  float s[8];
+  for (int i = 0; i < 8; ++i) s[i] = lane[i] + lane[i + 8];
+  for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
+  return (s[0] + s[2]) + (s[1] + s[3]);
+}
+EMBRUN_FN float max_lane(F16 v) {
+  float lane[16];
+  store16(lane, v);
+  float m = lane[0];
+  for (int i = 1; i < 16; ++i) m = lane[i] > m ? lane[i] : m;
+  return m;
+}
+EMBRUN_FN float min_lane(F16 v) { return -max_lane(0.0f - v); }
+
+/// 1 / sqrt(x) for x in [1e-30, 1e30], relative error at most 5e-6: an integer first guess and two Newton
+/// steps, so that every processor and instruction set computes the same value.
+EMBRUN_FN F16 rsqrt_of(F16 x) {
+  F16 y;
+  EMBRUN_FOR_LANE_PARTS {
+    LaneIntRegister bits;
+    __builtin_memcpy(&bits, &x.part[i], sizeof bits);
+    bits = 0x5f375a86 - (bits >> 1);
+    __builtin_memcpy(&y.part[i], &bits, sizeof bits);
+  }
+  const F16 half = x * 0.5f;
+  y = y * (1.5f - half * (y * y));
+  y = y * (1.5f - half * (y * y));
+  return y;
+}
+
+/// 2^k for lanes that hold integers k in [-126, 127].
+EMBRUN_FN F16 power_of_two(F16 k) {
+  F16 r;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__CUDACC__)
+    const LaneIntRegister exponent = static_cast<LaneIntRegister>(k.part[i]);
+#else
+    const LaneIntRegister exponent = __builtin_convertvector(k.part[i], LaneIntRegister);
+#endif
+    const LaneIntRegister bits = (exponent + 127) << 23;
+    __builtin_memcpy(&r.part[i], &bits, sizeof bits);
+  }
+  return r;
+}
+
+#undef EMBRUN_FOR_LANE_PARTS
+
+}  // namespace embrun
