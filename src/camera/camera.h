@@ -10,11 +10,11 @@ namespace embrun {
 struct Camera {
   Vec3 eye;
   Vec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  ///< orthonormal
-  int width = 1, height = 1;     ///< pixels of the full frame, whatever the crop
-  float pixel_size = 1;          ///< of the image plane at distance 1
-  float lens_radius = 0;         ///< metres; 0: pinhole
-  float focus_distance = 1;      ///< metres along `forward`
-  float shutter_open = 0, shutter_close = 0;  ///< seconds
+  int width = 1, height = 1;                            ///< pixels of the full frame, whatever the crop
+  float pixel_size = 1;                                 ///< of the image plane at distance 1
+  float lens_radius = 0;                                ///< metres; 0: pinhole
+  float focus_distance = 1;                             ///< metres along `forward`
+  float shutter_open = 0, shutter_close = 0;            ///< seconds
   PixelFilter filter;
 };
 
@@ -36,8 +36,8 @@ EMBRUN_FN Vec3 image_plane_direction(const Camera& camera, float x, float y) {
 /// lens's at the origin, its spread the angle between neighbouring pixels at the image's centre.
 EMBRUN_LOCAL_FN Ray camera_ray(const Camera& camera, int x, int y, const CameraSample& sample) {
   const Sample2 offset = sample_filter(camera.filter, sample.film);
-  const Vec3 direction = image_plane_direction(camera, static_cast<float>(x) + 0.5f + offset.x,
-                                               static_cast<float>(y) + 0.5f + offset.y);
+  const Vec3 direction =
+      image_plane_direction(camera, static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y);
   Ray ray;
   ray.origin = camera.eye;
   ray.direction = direction;
@@ -60,9 +60,9 @@ struct CameraSettings {
   Vec3d eye{0, 0, 1};
   Vec3d target;
   Vec3d up{0, 1, 0};
-  double vertical_fov = 40;  ///< degrees, in (0, 180)
-  double lens_radius = 0;    ///< metres
-  double focus_distance = 0; ///< metres along the viewing direction; 0: at the target
+  double vertical_fov = 40;   ///< degrees, in (0, 180)
+  double lens_radius = 0;     ///< metres
+  double focus_distance = 0;  ///< metres along the viewing direction; 0: at the target
   double shutter_open = 0, shutter_close = 0;
   PixelFilter filter;
 };

@@ -22,9 +22,7 @@ struct PixelFilter {
 };
 
 /// Offset from the left edge of the tent of half width 1, in [-1, 1].
-EMBRUN_FN float sample_tent(float u) {
-  return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f * (1.0f - u));
-}
+EMBRUN_FN float sample_tent(float u) { return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f * (1.0f - u)); }
 
 /// Inverts the cumulative Blackman-Harris window [Harris1978] on [-1, 1] by bisection and Newton steps.
 EMBRUN_LOCAL_FN float sample_blackman_harris(float u) {
@@ -32,8 +30,8 @@ EMBRUN_LOCAL_FN float sample_blackman_harris(float u) {
   constexpr float a0 = 0.35875f, a1 = 0.48829f, a2 = 0.14128f, a3 = 0.01168f;
   float low = -1.0f, high = 1.0f, x = 2.0f * u - 1.0f;
   for (int step = 0; step < 12; ++step) {
-    const float integral = a0 * (x + 1.0f) +
-                           inv_pi * (a1 * sinf(pi * x) + a2 * 0.5f * sinf(2 * pi * x) + a3 / 3.0f * sinf(3 * pi * x));
+    const float integral =
+        a0 * (x + 1.0f) + inv_pi * (a1 * sinf(pi * x) + a2 * 0.5f * sinf(2 * pi * x) + a3 / 3.0f * sinf(3 * pi * x));
     const float error = integral / (2.0f * a0) - u;
     if (error > 0.0f)
       high = x;

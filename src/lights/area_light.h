@@ -27,16 +27,16 @@ struct LightTriangle {
 struct Light {
   LightKind kind = LightKind::environment;
   bool two_sided = false;
-  Rgb radiance;               ///< emitted, the same in every direction
-  Vec3 position;              ///< corner of a rectangle, centre of a disk or sphere
-  Vec3 edge_u, edge_v;        ///< of a rectangle
-  Vec3 normal;                ///< unit: emitting side; of a distant light, the direction towards it
-  float radius = 0;           ///< of a disk or sphere
-  float area = 0;             ///< m^2 of emitting surface, one side
-  float one_minus_cos = 0;    ///< of a distant light's half angle
-  int first_triangle = 0;     ///< into LightSet::triangles
+  Rgb radiance;             ///< emitted, the same in every direction
+  Vec3 position;            ///< corner of a rectangle, centre of a disk or sphere
+  Vec3 edge_u, edge_v;      ///< of a rectangle
+  Vec3 normal;              ///< unit: emitting side; of a distant light, the direction towards it
+  float radius = 0;         ///< of a disk or sphere
+  float area = 0;           ///< m^2 of emitting surface, one side
+  float one_minus_cos = 0;  ///< of a distant light's half angle
+  int first_triangle = 0;   ///< into LightSet::triangles
   int triangle_count = 0;
-  int first_cdf = 0;          ///< into LightSet::triangle_cdf: triangle_count + 1 entries, by area
+  int first_cdf = 0;  ///< into LightSet::triangle_cdf: triangle_count + 1 entries, by area
 };
 
 /// `towards` points to the light; `half_angle` in radians, in (0, pi/2].
@@ -58,7 +58,9 @@ EMBRUN_FN float area_pdf_to_solid_angle(float area, float distance, float abs_co
 
 /// Cone under which a sphere of the given radius is seen from `distance2` (squared, to its centre), as 1 - cos of
 /// the half angle.
-EMBRUN_FN float sphere_cone(float radius, float distance2) { return one_minus_cos_from_sin2(radius * radius / distance2); }
+EMBRUN_FN float sphere_cone(float radius, float distance2) {
+  return one_minus_cos_from_sin2(radius * radius / distance2);
+}
 
 /// A point inside a sphere light, or on it, sees nothing: it emits outwards.
 EMBRUN_LOCAL_FN LightSample sample_sphere_light(const Light& light, Vec3 point, Sample2 u) {

@@ -17,16 +17,16 @@ enum class EnvironmentKind : uint8_t {
 
 /// Light from infinitely far, over the whole sphere of directions. A view: the arrays belong to an EnvironmentImage.
 ///
-/// Image convention (that of OpenEXR): row 0 is at the zenith; in front of a viewer who looks along +`basis.back` is the
-/// middle column, and `basis.right` is a quarter of the image to its left.
+/// Image convention (that of OpenEXR): row 0 is at the zenith; the middle column is in the direction `basis.back`, and
+/// `basis.right` is a quarter of the image to its left.
 struct Environment {
   EnvironmentKind kind = EnvironmentKind::none;
-  Rgb constant;               ///< of `constant`
-  const float* rgb = nullptr; ///< width x height x 3
+  Rgb constant;                ///< of `constant`
+  const float* rgb = nullptr;  ///< width x height x 3
   int width = 0, height = 0;
-  Distribution2D pixels;      ///< probability of each pixel for sampling
-  UpBasis basis;              ///< which way is up
-  float turn = 0;             ///< rotation about up, as a fraction of a circle, anticlockwise from above
+  Distribution2D pixels;  ///< probability of each pixel for sampling
+  UpBasis basis;          ///< which way is up
+  float turn = 0;         ///< rotation about up, as a fraction of a circle, anticlockwise from above
 };
 
 /// Place in the image, in fractions of its width [0, 1) and height [0, 1].
@@ -92,10 +92,10 @@ EMBRUN_FN float polar_angle_in_row(int height, int y, float v) {
   // Uniform in sin^2(polar/2) = (1 - cos polar)/2; from whichever pole is nearer, for precision.
   const bool southern = 2 * y >= height;
   const float half_row = 0.5f * pi / static_cast<float>(height);
-  const float upper = southern ? sinf(static_cast<float>(height - 1 - y) * half_row)
-                               : sinf(static_cast<float>(y) * half_row);
-  const float lower = southern ? sinf(static_cast<float>(height - y) * half_row)
-                               : sinf(static_cast<float>(y + 1) * half_row);
+  const float upper =
+      southern ? sinf(static_cast<float>(height - 1 - y) * half_row) : sinf(static_cast<float>(y) * half_row);
+  const float lower =
+      southern ? sinf(static_cast<float>(height - y) * half_row) : sinf(static_cast<float>(y + 1) * half_row);
   const float f = southern ? 1.0f - v : v;
   const float half_sine2 = upper * upper * (1.0f - f) + lower * lower * f;
   const float polar = 2.0f * asinf(min_of(sqrtf(half_sine2), 1.0f));

@@ -28,8 +28,8 @@ std::vector<float> sampling_weights(const Environment& env) {
     for (int x = 0; x < w; ++x) {
       float sum = 0;
       for (int dy = -1; dy <= 1; ++dy) {
-        const float row = side * (luminance_at(x - 1, y + dy) + luminance_at(x + 1, y + dy)) +
-                          middle * luminance_at(x, y + dy);
+        const float row =
+            side * (luminance_at(x - 1, y + dy) + luminance_at(x + 1, y + dy)) + middle * luminance_at(x, y + dy);
         sum += row * (dy == 0 ? middle : side);
       }
       weights[i++] = sum * solid_angle;

@@ -52,7 +52,8 @@ EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float
     case LightKind::disk: {
       const Sample2 d = sample_disk(u);
       const Frame frame(light.normal);
-      s = flat_light_sample(light, point, light.position + (frame.s * d.x + frame.t * d.y) * light.radius, light.normal);
+      s = flat_light_sample(light, point, light.position + (frame.s * d.x + frame.t * d.y) * light.radius,
+                            light.normal);
       break;
     }
     case LightKind::sphere: s = sample_sphere_light(light, point, u); break;

@@ -139,7 +139,8 @@ void LightSetBuilder::finish(float scene_radius) {
   }
   const double least = 0.1 * total / static_cast<double>(lights_.size());
   std::vector<float> weights;
-  for (const double p : power) weights.push_back(total > 0 && p > 0 ? static_cast<float>(std::fmax(p, least) / total) : 0.0f);
+  for (const double p : power)
+    weights.push_back(total > 0 && p > 0 ? static_cast<float>(std::fmax(p, least) / total) : 0.0f);
   choice_cdf_ = build_cdf(weights);
 }
 

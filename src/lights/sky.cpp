@@ -25,8 +25,8 @@ Rgb rgb_from_chromaticity(double x, double y, double luminance_y) {
           static_cast<float>(std::fmax(0.0, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z))};
 }
 
-/// One quantity (luminance or a chromaticity) over the sky: zenith value and Perez coefficients a .. e, which are linear
-/// in turbidity [Preetham1999], appendix A.2.
+/// One quantity (luminance or a chromaticity) over the sky: zenith value and Perez coefficients a .. e, which are
+/// linear in turbidity [Preetham1999], appendix A.2.
 struct PerezField {
   double a, b, c, d, e, zenith;
 
@@ -44,14 +44,21 @@ struct PreethamSky {
   PreethamSky(double turbidity, double sun_polar_angle) : sun_polar(sun_polar_angle) {
     const double t = turbidity, s = sun_polar_angle;
     const double chi = (4.0 / 9 - t / 120) * (pi_d - 2 * s);
-    luminance = {0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251, 0.1206 * t - 2.5771,
+    luminance = {0.1787 * t - 1.4630,  -0.3554 * t + 0.4275,
+                 -0.0227 * t + 5.3251, 0.1206 * t - 2.5771,
                  -0.0670 * t + 0.3703, (4.0453 * t - 4.9710) * std::tan(chi) - 0.2155 * t + 2.4192};
-    x = {-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125, -0.0641 * t - 0.8989,
+    x = {-0.0193 * t - 0.2592,
+         -0.0665 * t + 0.0008,
+         -0.0004 * t + 0.2125,
+         -0.0641 * t - 0.8989,
          -0.0033 * t + 0.0452,
          t * t * (((0.00166 * s - 0.00375) * s + 0.00209) * s) +
              t * (((-0.02903 * s + 0.06377) * s - 0.03202) * s + 0.00394) +
              (((0.11693 * s - 0.21196) * s + 0.06052) * s + 0.25886)};
-    y = {-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
+    y = {-0.0167 * t - 0.2608,
+         -0.0950 * t + 0.0092,
+         -0.0079 * t + 0.2102,
+         -0.0441 * t - 1.6537,
          -0.0109 * t + 0.0529,
          t * t * (((0.00275 * s - 0.00610) * s + 0.00317) * s) +
              t * (((-0.04214 * s + 0.08970) * s - 0.04153) * s + 0.00516) +
@@ -89,10 +96,10 @@ void check(const SkySettings& settings) {
   require(std::isfinite(settings.sun_azimuth), "sun_azimuth", settings.sun_azimuth, "a number");
   require(settings.sun_diameter > 0 && settings.sun_diameter <= 90, "sun_diameter", settings.sun_diameter,
           "above 0 and at most 90 degrees");
-  require(settings.sun_irradiance >= 0 && is_finite(settings.sun_irradiance), "sun_irradiance",
-          settings.sun_irradiance, "0 or more");
-  require(settings.sky_irradiance >= 0 && is_finite(settings.sky_irradiance), "sky_irradiance",
-          settings.sky_irradiance, "0 or more");
+  require(settings.sun_irradiance >= 0 && is_finite(settings.sun_irradiance), "sun_irradiance", settings.sun_irradiance,
+          "0 or more");
+  require(settings.sky_irradiance >= 0 && is_finite(settings.sky_irradiance), "sky_irradiance", settings.sky_irradiance,
+          "0 or more");
   require(settings.turbidity >= 2 && settings.turbidity <= 10, "turbidity", settings.turbidity, "within 2 and 10");
   for (int c = 0; c < 3; ++c)
     require(settings.ground[c] >= 0 && settings.ground[c] <= 1, "ground", settings.ground[c], "within 0 and 1");
@@ -128,9 +135,7 @@ class Canvas {
   Environment frame_;
 };
 
-double angle_between(Vec3 a, Vec3 b) {
-  return 2 * std::asin(std::fmin(1.0, 0.5 * static_cast<double>(length(a - b))));
-}
+double angle_between(Vec3 a, Vec3 b) { return 2 * std::asin(std::fmin(1.0, 0.5 * static_cast<double>(length(a - b)))); }
 
 /// Raised cosine that reaches 0 with zero slope at the radius: no edge that could alias.
 double sun_profile(double angle, double radius) {
@@ -202,15 +207,15 @@ EnvironmentImage make_sky(const SkySettings& settings, int width, int height, bo
 
 EnvironmentImage make_studio(int width, int height) {
   struct Softbox {
-    double azimuth, elevation;    // degrees: where its middle is
+    double azimuth, elevation;       // degrees: where its middle is
     double half_width, half_height;  // degrees
     float radiance;
   };
   constexpr Softbox boxes[] = {
-      {35, 48, 28, 18, 5.0f},    // key, above the viewer's right
-      {-65, 25, 30, 22, 2.0f},   // fill, left
-      {180, 22, 55, 9, 3.5f},    // rim, a strip behind
-      {0, 88, 26, 26, 2.5f},     // overhead
+      {35, 48, 28, 18, 5.0f},   // key, above the viewer's right
+      {-65, 25, 30, 22, 2.0f},  // fill, left
+      {180, 22, 55, 9, 3.5f},   // rim, a strip behind
+      {0, 88, 26, 26, 2.5f},    // overhead
   };
   Canvas canvas(width, height);
   double irradiance = 0;

@@ -31,14 +31,14 @@ enum class BsdfKind : uint8_t {
 /// What a material is at one surface point, ready to scatter.
 struct Bsdf {
   BsdfKind kind = BsdfKind::null;
-  Rgb reflectance{0, 0, 0};   ///< each channel in [0, 1]
-  float relative_index = 1;   ///< n_far / n_near, as seen from `wo`
+  Rgb reflectance{0, 0, 0};  ///< each channel in [0, 1]
+  float relative_index = 1;  ///< n_far / n_near, as seen from `wo`
 };
 
 struct BsdfSample {
-  Vec3 wi;                   ///< unit, and on the side of the true surface that `transmitted` says
-  Rgb weight;                ///< bsdf * cosine / pdf, with the radiance factor of a refraction
-  float pdf = 0;             ///< per steradian; for a specular choice its probability
+  Vec3 wi;        ///< unit, and on the side of the true surface that `transmitted` says
+  Rgb weight;     ///< bsdf * cosine / pdf, with the radiance factor of a refraction
+  float pdf = 0;  ///< per steradian; for a specular choice its probability
   bool valid = false;
   bool specular = false;
   bool transmitted = false;  ///< `wi` is across the true surface from `wo`
@@ -48,9 +48,7 @@ struct BsdfSample {
 EMBRUN_FN bool is_specular(const Bsdf& bsdf) { return bsdf.kind != BsdfKind::diffuse; }
 
 /// Factor on the radiance seen through an interface from the near side: (n_near / n_far)^2.
-EMBRUN_FN float refraction_radiance_factor(float relative_index) {
-  return 1.0f / (relative_index * relative_index);
-}
+EMBRUN_FN float refraction_radiance_factor(float relative_index) { return 1.0f / (relative_index * relative_index); }
 
 /// Reflects with the Fresnel reflectance as probability, else refracts: both weights are 1 (but for the radiance
 /// factor), whatever the normals.
@@ -102,7 +100,8 @@ EMBRUN_FN BsdfSample sample_diffuse(const Bsdf& bsdf, const FacingNormals& norma
   return s;
 }
 
-/// Draws the direction in which the path goes on. `u_lobe` chooses between reflection and refraction, `u` the direction.
+/// Draws the direction in which the path goes on. `u_lobe` chooses between reflection and refraction, `u` the direction
+/// within a lobe.
 EMBRUN_LOCAL_FN BsdfSample sample_bsdf(const Bsdf& bsdf, const SurfaceNormals& surface, Vec3 wo, float u_lobe,
                                        Sample2 u) {
   const FacingNormals normals = face_towards(surface, wo);

@@ -8,7 +8,7 @@ namespace embrun {
 // that of the side where the direction `w` lies. `w` points away from the surface, dot(w, n) > 0.
 
 struct FresnelResult {
-  float reflectance = 1;    ///< of unpolarised light, in [0, 1]; exactly 1 for total internal reflection
+  float reflectance = 1;      ///< of unpolarised light, in [0, 1]; exactly 1 for total internal reflection
   float cos_transmitted = 0;  ///< cosine of the refracted direction to -n; 0 for total internal reflection
 };
 

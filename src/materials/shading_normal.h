@@ -44,8 +44,8 @@ struct SurfaceNormals {
 struct FacingNormals {
   Vec3 geometric;
   Vec3 shading;
-  bool bent = false;        ///< the shading normal was bent
-  bool from_front = true;   ///< `w` is on the side that the original geometric normal points to
+  bool bent = false;       ///< the shading normal was bent
+  bool from_front = true;  ///< `w` is on the side that the original geometric normal points to
 };
 
 EMBRUN_FN FacingNormals face_towards(const SurfaceNormals& normals, Vec3 w) {
