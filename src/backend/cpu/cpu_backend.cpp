@@ -1,0 +1,139 @@
+#include "backend/cpu/cpu_backend.h"
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <mutex>
+#include <tuple>
+
+#include "backend/cpu/embree_meshes.h"
+#include "base/parallel.h"
+
+namespace embrun {
+namespace {
+
+constexpr int tile_side = 16;
+constexpr std::size_t most_bad_samples = 16;  // that are kept by name
+
+/// Working memory of a thread, aligned for any instruction set.
+class BatchMemory {
+ public:
+  explicit BatchMemory(std::size_t bytes)
+      : bytes_(static_cast<std::byte*>(::operator new(bytes, std::align_val_t{64}))) {}
+  ~BatchMemory() { ::operator delete(bytes_, std::align_val_t{64}); }
+  BatchMemory(const BatchMemory&) = delete;
+  BatchMemory& operator=(const BatchMemory&) = delete;
+
+  PathBatch& batch() { return *reinterpret_cast<PathBatch*>(bytes_); }
+
+ private:
+  std::byte* bytes_;
+};
+
+bool earlier(const PixelSample& a, const PixelSample& b) {
+  return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
+}
+
+/// Gathers what tasks counted, from any thread; the result does not depend on their order.
+class Gatherer {
+ public:
+  void take(const PathCounters& counters, const std::vector<PixelSample>& bad, bool cancelled) {
+    const std::lock_guard lock(mutex_);
+    add(counts_.paths, counters);
+    counts_.bad_samples.insert(counts_.bad_samples.end(), bad.begin(), bad.end());
+    std::sort(counts_.bad_samples.begin(), counts_.bad_samples.end(), earlier);
+    if (counts_.bad_samples.size() > most_bad_samples) counts_.bad_samples.resize(most_bad_samples);
+    counts_.cancelled = counts_.cancelled || cancelled;
+  }
+  RenderCounts result() { return std::move(counts_); }
+
+ private:
+  std::mutex mutex_;
+  RenderCounts counts_;
+};
+
+/// One tile's samples, a batch of paths at a time: all pixels' first sample, then all pixels' second, ...
+struct TileTask {
+  PixelWindow tile;
+  std::uint32_t first, count;
+
+  std::uint64_t total() const { return pixels() * count; }
+  std::uint64_t pixels() const { return static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height); }
+  PixelSample sample(std::uint64_t index) const {
+    const int pixel = static_cast<int>(index % pixels());
+    return {tile.x + pixel % tile.width, tile.y + pixel / tile.width,
+            first + static_cast<std::uint32_t>(index / pixels())};
+  }
+};
+
+}  // namespace
+
+CpuBackend::CpuBackend(const FlatScene& scene) : CpuBackend(scene, select_kernels()) {}
+
+CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
+    : kernels_(kernels), meshes_(std::make_unique<EmbreeMeshes>(scene)) {
+  view_.flat = scene.view();
+  view_.meshes = meshes_->scene();
+  path_scene_.materials = scene.materials.data();
+  for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];
+  path_scene_.lights = scene.lights.view();
+  path_scene_.camera = scene.camera;
+  path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye);
+  PathSettings& settings = path_scene_.settings;
+  settings.seed = scene.integrator.seed;
+  settings.sampler = scene.integrator.sampler;
+  settings.max_depth = scene.integrator.max_depth;
+  settings.max_refractions = scene.integrator.max_refractions;
+  settings.roulette_depth = scene.integrator.roulette_depth;
+}
+
+CpuBackend::~CpuBackend() = default;
+
+RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::uint32_t count,
+                                        const std::atomic<bool>* cancel,
+                                        const std::function<void(std::uint64_t)>& done) const {
+  const PixelWindow window = film.window;
+  const int columns = (window.width + tile_side - 1) / tile_side;
+  const int rows = (window.height + tile_side - 1) / tile_side;
+  tbb::enumerable_thread_specific<BatchMemory> memory(kernels_.batch_bytes);
+  Gatherer gatherer;
+
+  const auto render_tile = [&](int index) {
+    TileTask task;
+    task.tile.x = window.x + index % columns * tile_side;
+    task.tile.y = window.y + index / columns * tile_side;
+    task.tile.width = std::min(tile_side, window.x + window.width - task.tile.x);
+    task.tile.height = std::min(tile_side, window.y + window.height - task.tile.y);
+    task.first = first;
+    task.count = count;
+
+    PathBatch& batch = memory.local().batch();
+    PixelSample samples[batch_size];
+    FilmSample results[batch_size];
+    PathCounters counters;
+    std::vector<PixelSample> bad;
+    bool cancelled = false;
+    for (std::uint64_t begin = 0; begin < task.total() && !cancelled; begin += batch_size) {
+      if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
+        cancelled = true;
+        break;
+      }
+      const int n = static_cast<int>(std::min<std::uint64_t>(batch_size, task.total() - begin));
+      for (int i = 0; i < n; ++i) samples[i] = task.sample(begin + static_cast<std::uint64_t>(i));
+      kernels_.trace_samples(path_scene_, view_, samples, n, results, batch, counters);
+      for (int i = 0; i < n; ++i)
+        if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) && bad.size() < most_bad_samples)
+          bad.push_back(samples[i]);
+      if (done) done(static_cast<std::uint64_t>(n));
+    }
+    gatherer.take(counters, bad, cancelled);
+  };
+  parallel_for(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) render_tile(static_cast<int>(i));
+               });
+  return gatherer.result();
+}
+
+}  // namespace embrun

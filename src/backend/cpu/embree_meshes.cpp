@@ -1,0 +1,78 @@
+#include "backend/cpu/embree_meshes.h"
+
+#include <embree3/rtcore.h>
+
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+
+namespace embrun {
+namespace {
+
+void check(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error != RTC_ERROR_NONE) throw Error("Embree failed to take the meshes (error " + std::to_string(error) + ")");
+}
+
+RTCScene make_mesh_scene(RTCDevice device, const FlatScene& scene, const MeshRange& range) {
+  RTCScene own = rtcNewScene(device);
+  rtcSetSceneFlags(own, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(own, RTC_BUILD_QUALITY_HIGH);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+
+  auto* positions = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               sizeof(Vec3), range.position_count));
+  auto* triangles = static_cast<MeshTriangle*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(MeshTriangle), range.triangle_count));
+  check(device);
+  for (std::uint32_t i = 0; i < range.position_count; ++i) positions[i] = scene.mesh_positions[range.first_position + i];
+  for (std::uint32_t i = 0; i < range.triangle_count; ++i) {
+    const MeshTriangle& t = scene.mesh_triangles[range.first_triangle + i];
+    triangles[i] = {t.a - range.first_position, t.b - range.first_position, t.c - range.first_position};
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(own, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(own);
+  return own;
+}
+
+void attach_instance(RTCDevice device, RTCScene top, RTCScene mesh, const Transform& to_world, unsigned id) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh);
+  const Transform& m = to_world;
+  const float columns[12] = {m.x_axis.x, m.x_axis.y, m.x_axis.z, m.y_axis.x, m.y_axis.y, m.y_axis.z,
+                             m.z_axis.x, m.z_axis.y, m.z_axis.z, m.origin.x, m.origin.y, m.origin.z};
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(top, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+}  // namespace
+
+EmbreeMeshes::EmbreeMeshes(const FlatScene& scene) {
+  if (scene.meshes.empty()) return;
+  device_ = rtcNewDevice(nullptr);
+  if (device_ == nullptr) throw Error("Embree does not start on this machine");
+  std::vector<RTCScene> meshes;
+  for (const MeshRange& range : scene.meshes) meshes.push_back(make_mesh_scene(device_, scene, range));
+  top_ = rtcNewScene(device_);
+  rtcSetSceneFlags(top_, RTC_SCENE_FLAG_ROBUST);
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.kind == GeometryKind::mesh)
+      attach_instance(device_, top_, meshes[instance.geometry], instance.to_world, static_cast<unsigned>(i));
+  }
+  rtcCommitScene(top_);
+  for (RTCScene mesh : meshes) rtcReleaseScene(mesh);
+  check(device_);
+}
+
+EmbreeMeshes::~EmbreeMeshes() {
+  if (top_ != nullptr) rtcReleaseScene(top_);
+  if (device_ != nullptr) rtcReleaseDevice(device_);
+}
+
+}  // namespace embrun

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+
+#include "camera/camera.h"
+#include "media/media_state.h"
+#include "lights/light_set.h"
+#include "materials/material.h"
+
+namespace embrun {
+
+/// How light that reaches a diffuse surface is sampled. `mis` is for pictures; the others are unbiased too
+/// (`lights_only`: as long as every light can be sampled) and exist to check it.
+enum class LightStrategy : std::uint8_t { mis, bsdf_only, lights_only };
+
+struct PathSettings {
+  std::uint32_t seed = 0;
+  SamplerKind sampler = SamplerKind::sobol;
+  LightStrategy lights = LightStrategy::mis;
+  /// Most scattering events of a path, 0 to 65535; the light met after the last one counts. Index-matched
+  /// boundaries are no events.
+  int max_depth = 32;
+  /// Events after which Russian roulette may end a path.
+  int roulette_depth = 3;
+  /// Interfaces that a path may go through by refraction, or -1 for any number. After the last one every interface
+  /// is crossed straight on, without reflection.
+  int max_refractions = -1;
+};
+
+/// What the stages of a path need besides an intersector: a view of arrays that others own.
+struct PathScene {
+  const Material* materials = nullptr;
+  Medium media[max_media_classes];
+  LightSet lights;
+  Camera camera;
+  MediaState camera_media;  ///< what the camera is in
+  PathSettings settings;
+};
+
+}  // namespace embrun

@@ -1,0 +1,326 @@
+#pragma once
+
+#include "integrators/path_scene.h"
+#include "integrators/path_state.h"
+#include "integrators/scene_hit.h"
+#include "lights/mis.h"
+#include "media/homogeneous.h"
+
+// The stages of a unidirectional path tracer with next-event estimation [Kajiya1986, Veach1995]. A path is
+//
+//   generate_path
+//   repeat while alive:
+//     (the intersector finds the next crossing)
+//     advance_path      absorption, light met on the way, boundaries that do nothing; else on to
+//     scatter_path      a light sample as a shadow ray, a new direction, Russian roulette
+//     trace_shadow_ray
+//   film_sample (backend)
+//
+// An intersector is any type with
+//   bool intersect(const Ray&, const MediaState&, SceneHit&) const;  // nearest crossing with t in (t_min, t_max)
+//   MediaState media_at(Vec3 point) const;                           // which bodies hold a point
+// and is asked for neither in generate_path nor in scatter_path, so that a backend may batch the stages as it likes.
+
+namespace embrun {
+
+/// Boundaries that a path may cross straight on before it counts as stuck.
+inline constexpr int max_passes = 2000;
+
+/// A light sample under way: adds `contribution` to the path's radiance as far as the ray gets through.
+struct ShadowRay {
+  Ray ray;
+  MediaState media;
+  Rgb contribution;
+  bool straight = false;  ///< every interface is crossed straight on (see PathSettings::max_refractions)
+};
+
+// ---- generate ----------------------------------------------------------------------------------------------------
+
+/// The path of one sample of pixel (x, y) of the full frame.
+EMBRUN_LOCAL_FN PathState generate_path(const PathScene& scene, int x, int y, std::uint32_t sample) {
+  PathState path;
+  path.key.seed = scene.settings.seed;
+  path.key.pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(scene.camera.width) +
+                   static_cast<std::uint32_t>(x);
+  path.key.sample = sample;
+  const SamplerKind kind = scene.settings.sampler;
+  CameraSample numbers;
+  numbers.film = sample_2d(kind, path.key, Dimension::camera_film);
+  if (scene.camera.lens_radius > 0.0f) numbers.lens = sample_2d(kind, path.key, Dimension::camera_lens);
+  if (scene.camera.shutter_close > scene.camera.shutter_open)
+    numbers.time = sample_1d(kind, path.key, Dimension::time);
+  path.ray = camera_ray(scene.camera, x, y, numbers);
+  path.throughput = grey(1.0f);
+  path.media = scene.camera_media;
+  path.alive = true;
+  return path;
+}
+
+// ---- advance -----------------------------------------------------------------------------------------------------
+
+/// True when the path goes through interfaces as if they were not there.
+EMBRUN_FN bool goes_straight(const PathSettings& settings, const PathState& path) {
+  return settings.max_refractions >= 0 && path.refractions >= settings.max_refractions;
+}
+
+/// Factor on the radiance seen across a boundary between two media, whether the ray is bent or not.
+EMBRUN_FN float radiance_factor(const PathScene& scene, int from, int into) {
+  return square(scene.media[from].ior / scene.media[into].ior);
+}
+
+/// Share of light that was met by following a direction drawn with density `scatter_pdf`, where light sampling
+/// would have drawn it with `light_pdf`.
+EMBRUN_FN float met_light_weight(LightStrategy strategy, float scatter_pdf, float light_pdf) {
+  if (scatter_pdf == 0.0f || strategy == LightStrategy::bsdf_only) return 1.0f;
+  if (strategy == LightStrategy::lights_only) return light_pdf > 0.0f ? 0.0f : 1.0f;
+  return power_heuristic(scatter_pdf, light_pdf);
+}
+
+/// The path left the scene: adds the light from infinity and ends it.
+EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounters& counters) {
+  path.alive = false;
+  const int medium = path.media.current();
+  // Every body is closed, so only a contradiction gets here from within one. It is taken for crossed.
+  if (path.media.counts != 0) ++counters.contradictions;
+  if (medium != 0) path.throughput *= radiance_factor(scene, medium, 0);
+  const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
+  path.radiance += path.throughput * light.radiance *
+                   met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+  if (path.has_normal && !path.has_albedo) path.albedo = grey(1.0f);
+}
+
+/// Light of an emitter that the path met.
+EMBRUN_FN void add_met_light(const PathScene& scene, PathState& path, const LightHit& light) {
+  path.radiance += path.throughput * light.radiance *
+                   met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+}
+
+/// A boundary as the media counters see it; class 0 (an opaque surface, a hole) is none.
+EMBRUN_FN MediaBoundary boundary_of(const SceneHit& hit) {
+  return {hit.media_class, hit.fluid, hit.surface.entering};
+}
+
+/// The media behind a boundary as they are, once the path's own are put right if they contradict it.
+template <class Intersector>
+EMBRUN_LOCAL_FN MediaState media_behind(const Intersector& intersector, const Ray& ray, const SceneHit& hit,
+                                        MediaState& media, PathCounters& counters) {
+  const MediaBoundary boundary = boundary_of(hit);
+  if (contradicts(media, boundary)) {
+    ++counters.contradictions;
+    const float back = dot(ray.direction, hit.surface.geometric_normal) < 0.0f ? hit.offset : -hit.offset;
+    media = reconcile(intersector.media_at(hit.surface.position + back * hit.surface.geometric_normal), boundary);
+  }
+  return cross_boundary(media, boundary);
+}
+
+enum class Advance : std::uint8_t {
+  ended,     ///< the path is over
+  passed,    ///< nothing there that bends light: intersect on from where it is
+  scatters,  ///< on to scatter_path
+};
+
+/// Takes the path to what its ray met: `found` and `hit` are the intersector's answer. `behind` receives the media
+/// beyond the boundary for Advance::scatters.
+template <class Intersector>
+EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& intersector, PathState& path,
+                                     bool found, const SceneHit& hit, MediaState& behind, PathCounters& counters) {
+  Ray& ray = path.ray;
+  const float t_surface = found ? hit.surface.t : infinity;
+
+  // Lamps without geometry are met first if they are nearer.
+  Ray to_surface = ray;
+  to_surface.t_max = t_surface;
+  const LightHit lamp = intersect_lights(scene.lights, to_surface);
+  const float t = lamp.light >= 0 ? lamp.distance : t_surface;
+
+  // Absorption on the way.
+  if (t < infinity) path.throughput *= absorption_transmittance(scene.media[path.media.current()].absorption, t - ray.t_min);
+  if (lamp.light >= 0) {
+    add_met_light(scene, path, lamp);
+    if (!path.has_normal) path.first_distance = t;
+    path.alive = false;
+    return Advance::ended;
+  }
+  if (!found) {
+    escape(scene, path, counters);
+    return Advance::ended;
+  }
+
+  const Material& material = scene.materials[hit.material];
+  bool passes = material.kind == BsdfKind::null ||
+                (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f);
+  behind = path.media;
+  if (hit.media_class != 0) {
+    behind = media_behind(intersector, ray, hit, path.media, counters);
+    const int here = path.media.current(), beyond = behind.current();
+    const bool matched = scene.media[here].ior == scene.media[beyond].ior;
+    passes = passes || (material.kind == BsdfKind::dielectric && (matched || goes_straight(scene.settings, path)));
+    if (passes && !matched) path.throughput *= radiance_factor(scene, here, beyond);
+  }
+  if (passes) {
+    path.media = behind;
+    ray.t_min = t;
+    if (++path.passed <= max_passes) return Advance::passed;
+    ++counters.stuck;
+    path.alive = false;
+    path.failed = true;
+    return Advance::ended;
+  }
+
+  if (hit.light >= 0)
+    add_met_light(scene, path, emissive_mesh_hit(scene.lights, hit.light, ray, t, hit.surface.geometric_normal));
+  if (path.depth >= scene.settings.max_depth) {
+    path.alive = false;
+    return Advance::ended;
+  }
+  return Advance::scatters;
+}
+
+// ---- scatter -----------------------------------------------------------------------------------------------------
+
+/// A point off the surface on the side that `direction` leads to.
+EMBRUN_FN Vec3 leave_surface(const SceneHit& hit, Vec3 direction) {
+  const float side = dot(direction, hit.surface.geometric_normal) < 0.0f ? -hit.offset : hit.offset;
+  return hit.surface.position + side * hit.surface.geometric_normal;
+}
+
+/// Draws light for a diffuse point and fills in the ray that finds out whether it arrives. False: none does.
+EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
+                                  const SurfaceNormals& normals, ShadowRay& shadow) {
+  const PathSettings& settings = scene.settings;
+  if (settings.lights == LightStrategy::bsdf_only || scene.lights.count == 0) return false;
+  const Vec3 wo = -path.ray.direction;
+  const Vec3 origin = leave_surface(hit, wo);
+  const LightSample light = sample_lights(scene.lights, origin, sample_1d(settings.sampler, path.key, Dimension::light_choice),
+                                          sample_2d(settings.sampler, path.key, Dimension::light_position));
+  if (!light.valid || !(light.pdf > 0.0f)) return false;
+  shadow.straight = goes_straight(settings, path);
+  // No light from infinity gets into a refracting medium but by refraction, which shadow rays don't do.
+  const bool enclosed = scene.media[path.media.current()].ior != scene.media[0].ior;
+  if (enclosed && !shadow.straight && !(light.distance < infinity)) return false;
+
+  const float scatter_pdf = pdf_bsdf(bsdf, normals, wo, light.direction);
+  if (!(scatter_pdf > 0.0f)) return false;
+  const float weight =
+      settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, scatter_pdf) : 1.0f;
+  shadow.contribution = path.throughput * eval_bsdf(bsdf, normals, wo, light.direction) * light.radiance *
+                        (weight / light.pdf);
+  shadow.media = path.media;
+  shadow.ray = path.ray;
+  shadow.ray.origin = origin;
+  shadow.ray.direction = light.direction;
+  shadow.ray.t_min = 0.0f;
+  // Stops short of the lamp, which is not in its own way.
+  shadow.ray.t_max = light.distance * (1.0f - 1e-4f);
+  return !is_black(shadow.contribution);
+}
+
+/// Russian roulette: a path goes on with the probability that its light counts in the picture, freed of the
+/// factor that refraction puts on radiance (in water the throughput is smaller by n^2, the light larger).
+EMBRUN_FN void play_roulette(const PathScene& scene, PathState& path) {
+  if (path.depth < scene.settings.roulette_depth) return;
+  const float share = max_component(path.throughput) * radiance_factor(scene, path.media.current(), 0);
+  if (!(share < 1.0f)) return;
+  const float survival = max_of(share, 0.02f);
+  if (sample_1d(scene.settings.sampler, path.key, Dimension::roulette) >= survival)
+    path.alive = false;
+  else
+    path.throughput *= 1.0f / survival;
+}
+
+/// Scatters the path at the hit that advance_path took it to. True when `shadow` is to be traced.
+EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                  const MediaState& behind, ShadowRay& shadow, PathCounters& counters) {
+  const Vec3 wo = -path.ray.direction;
+  const SurfaceNormals normals{hit.surface.geometric_normal, hit.surface.shading_normal};
+  const bool from_front = dot(wo, normals.geometric) >= 0.0f;
+  const float relative_index = scene.media[behind.current()].ior / scene.media[path.media.current()].ior;
+  const Bsdf bsdf = bsdf_at(scene.materials[hit.material], hit.surface.position, from_front, relative_index);
+  path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
+
+  // Features of the picture.
+  if (!path.has_normal) {
+    path.has_normal = true;
+    path.first_distance = hit.surface.t;
+    path.first_normal = from_front ? normals.shading : -normals.shading;
+  }
+  const bool specular = is_specular(bsdf);
+  if (!path.has_albedo && !specular) {
+    path.has_albedo = true;
+    path.albedo = bsdf.reflectance;
+  }
+
+  const bool lit = !specular && sample_light(scene, path, hit, bsdf, normals, shadow);
+
+  const SamplerKind kind = scene.settings.sampler;
+  const float u_lobe = specular ? sample_1d(kind, path.key, Dimension::bsdf_lobe) : 0.0f;
+  const Sample2 u = specular ? Sample2{} : sample_2d(kind, path.key, Dimension::bsdf_direction);
+  const BsdfSample next = sample_bsdf(bsdf, normals, wo, u_lobe, u);
+  counters.bends += next.bent;
+  ++counters.scatterings;
+  if (!next.valid || is_black(next.weight)) {
+    path.alive = false;
+    return lit;
+  }
+
+  path.throughput *= next.weight;
+  path.scatter_pdf = next.specular ? 0.0f : next.pdf;
+  path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
+  path.ray.origin = leave_surface(hit, next.wi);
+  path.ray.direction = next.wi;
+  path.ray.t_min = 0.0f;
+  path.ray.t_max = infinity;
+  path.passed = 0;
+  ++path.depth;
+  if (next.transmitted) {
+    path.media = behind;
+    ++path.refractions;
+  }
+  play_roulette(scene, path);
+  return lit;
+}
+
+// ---- shadow ------------------------------------------------------------------------------------------------------
+
+/// What gets through of a shadow ray's light: 0 behind anything opaque or refracting; index-matched boundaries let it
+/// pass, media on the way absorb.
+template <class Intersector>
+EMBRUN_LOCAL_FN Rgb trace_shadow_ray(const PathScene& scene, const Intersector& intersector, ShadowRay& shadow,
+                                     PathCounters& counters) {
+  Ray& ray = shadow.ray;
+  const Ray whole = ray;
+  Rgb light = shadow.contribution;
+  if (intersect_lights(scene.lights, whole).light >= 0) return {};
+  for (int passes = 0; passes <= max_passes; ++passes) {
+    ++counters.shadow_rays;
+    SceneHit hit;
+    const bool found = intersector.intersect(ray, shadow.media, hit);
+    const int here = shadow.media.current();
+    const float t = found ? hit.surface.t : ray.t_max;
+    if (t < infinity) light *= absorption_transmittance(scene.media[here].absorption, t - ray.t_min);
+    if (!found) {
+      // From within a body to infinity: the same contradiction, taken the same way, as in escape().
+      if (here != 0 && !(t < infinity)) light *= radiance_factor(scene, here, 0);
+      return light;
+    }
+
+    const Material& material = scene.materials[hit.material];
+    const bool hole = material.kind == BsdfKind::null ||
+                      (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f);
+    if (hit.media_class == 0) {
+      if (!hole) return {};
+    } else {
+      const MediaState behind = media_behind(intersector, ray, hit, shadow.media, counters);
+      const int beyond = behind.current();
+      const bool matched = scene.media[shadow.media.current()].ior == scene.media[beyond].ior;
+      if (!hole && (material.kind != BsdfKind::dielectric || !(matched || shadow.straight))) return {};
+      if (!matched) light *= radiance_factor(scene, shadow.media.current(), beyond);
+      shadow.media = behind;
+    }
+    ray.t_min = t;
+  }
+  ++counters.stuck;
+  return {};
+}
+
+}  // namespace embrun

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+
+#include "media/media_state.h"
+#include "math/ray.h"
+#include "sampling/sampler.h"
+
+namespace embrun {
+
+/// One path from the camera, between two stages. Plain data.
+///
+/// `throughput` follows the radiance convention: crossing from index a into b multiplies it by (a/b)^2, so
+/// inside water it is smaller by 1.77 than the share of the light that gets to the camera.
+struct PathState {
+  Ray ray;            ///< the segment to trace next
+  Rgb throughput;     ///< what radiance along `ray` counts in the pixel
+  Rgb radiance;       ///< gathered so far
+  MediaState media;   ///< what `ray` starts in
+  SampleKey key;      ///< whose random numbers; `bounce` counts scattering events, as depth does
+
+  /// Density per steradian with which the direction of `ray` was drawn; 0: specular, or the camera.
+  float scatter_pdf = 0;
+
+  std::uint16_t depth = 0;        ///< scattering events so far (index-matched boundaries do not count)
+  std::uint16_t refractions = 0;  ///< those that went through an interface
+  std::uint16_t passed = 0;       ///< boundaries crossed straight on since the last event
+  bool alive = false;
+  bool failed = false;  ///< gave up: not a sample
+
+  // Features of the picture. Distance and normal are those of the first event; the albedo is that of the first
+  // event that is not specular, and white for what is seen through specular events alone.
+  bool has_normal = false, has_albedo = false;
+  float first_distance = infinity;
+  Vec3 first_normal;
+  Rgb albedo;
+};
+
+/// What a batch of paths counted.
+struct PathCounters {
+  // Rays by kind, and the time their intersections took.
+  std::uint64_t camera_rays = 0, outside_rays = 0, inside_rays = 0, shadow_rays = 0;
+  std::uint64_t camera_ns = 0, outside_ns = 0, inside_ns = 0, shadow_ns = 0;
+  std::uint64_t paths = 0;
+  std::uint64_t scatterings = 0;
+  std::uint64_t bends = 0;           ///< directions that a shading normal sent across the true surface
+  std::uint64_t contradictions = 0;  ///< crossings that disagreed with the media counters
+  std::uint64_t stuck = 0;           ///< paths ended after max_passes crossings without an event
+};
+
+EMBRUN_FN void add(PathCounters& sum, const PathCounters& c) {
+  sum.camera_rays += c.camera_rays;
+  sum.outside_rays += c.outside_rays;
+  sum.inside_rays += c.inside_rays;
+  sum.shadow_rays += c.shadow_rays;
+  sum.camera_ns += c.camera_ns;
+  sum.outside_ns += c.outside_ns;
+  sum.inside_ns += c.inside_ns;
+  sum.shadow_ns += c.shadow_ns;
+  sum.paths += c.paths;
+  sum.scatterings += c.scatterings;
+  sum.bends += c.bends;
+  sum.contradictions += c.contradictions;
+  sum.stuck += c.stuck;
+}
+
+}  // namespace embrun

@@ -1,0 +1,386 @@
+#include "scene/compile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+
+namespace embrun {
+namespace {
+
+/// The box of some points of the world, in double precision.
+struct Bounds {
+  Vec3d low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+
+  void include(Vec3d p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  void include(Vec3d p, double radius) {
+    include(p - Vec3d{radius, radius, radius});
+    include(p + Vec3d{radius, radius, radius});
+  }
+  bool empty() const { return low.x > high.x; }
+};
+
+Vec3d place(const Placement& p, Vec3d v) { return p.x_axis * v.x + p.y_axis * v.y + p.z_axis * v.z + p.origin; }
+
+bool is_identity(const Placement& p) {
+  return p.x_axis.x == 1 && p.x_axis.y == 0 && p.x_axis.z == 0 && p.y_axis.x == 0 && p.y_axis.y == 1 &&
+         p.y_axis.z == 0 && p.z_axis.x == 0 && p.z_axis.y == 0 && p.z_axis.z == 1 && p.origin.x == 0 &&
+         p.origin.y == 0 && p.origin.z == 0;
+}
+
+/// How much larger lengths become, at most.
+double largest_scale(const Placement& p) { return std::max({length(p.x_axis), length(p.y_axis), length(p.z_axis)}); }
+
+Bounds bounds_of(const SceneDescription& scene) {
+  Bounds bounds;
+  for (const FluidDescription& fluid : scene.fluids) {
+    const double reach = 2 * static_cast<double>(fluid.surface.radius) * largest_scale(fluid.placement);
+    for (const Vec3d& p : fluid.positions) bounds.include(place(fluid.placement, p), reach);
+  }
+  for (const BallsDescription& set : scene.balls)
+    for (const BallDescription& ball : set.balls) bounds.include(ball.center, ball.radius);
+  for (const BoxDescription& box : scene.boxes) {
+    bounds.include(box.box.low);
+    bounds.include(box.box.high);
+  }
+  for (const PatchDescription& patch : scene.patches) {
+    if (!std::isfinite(patch.half_u) || !std::isfinite(patch.half_v)) continue;
+    const Vec3d u = normalize(patch.axis_u) * patch.half_u, v = normalize(patch.axis_v) * patch.half_v;
+    for (const double a : {-1.0, 1.0})
+      for (const double b : {-1.0, 1.0}) bounds.include(patch.center + a * u + b * v);
+  }
+  for (const MeshDescription& mesh : scene.meshes)
+    for (const Vec3& p : mesh.mesh.positions) bounds.include(place(mesh.placement, to_double(p)));
+  if (bounds.empty()) bounds.include(scene.camera.target, 1);
+  return bounds;
+}
+
+/// The point that coordinates are made relative to: the middle of the scene, or where the most particles are, so that
+/// strays far away cost the others no precision.
+Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
+  constexpr std::size_t sample_size = 20000;
+  std::vector<double> x, y, z;
+  for (const FluidDescription& fluid : scene.fluids) {
+    const std::size_t step = fluid.positions.size() / sample_size + 1;
+    for (std::size_t i = 0; i < fluid.positions.size(); i += step) {
+      const Vec3d p = place(fluid.placement, fluid.positions[i]);
+      x.push_back(p.x);
+      y.push_back(p.y);
+      z.push_back(p.z);
+    }
+  }
+  if (x.empty()) return 0.5 * (bounds.low + bounds.high);
+  const auto median = [](std::vector<double>& v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+  };
+  return {median(x), median(y), median(z)};
+}
+
+/// Sorts the insides of the scene's dielectrics into classes by priority.
+class MediaClasses {
+ public:
+  void add(const MaterialDescription& material) {
+    if (material.kind != BsdfKind::dielectric) return;
+    const auto same = [&](const MaterialDescription& other) { return key(other) == key(material); };
+    if (std::none_of(kinds_.begin(), kinds_.end(), same)) kinds_.push_back(material);
+  }
+  std::vector<Medium> sort() {
+    std::stable_sort(kinds_.begin(), kinds_.end(), [](const auto& a, const auto& b) { return a.priority < b.priority; });
+    if (kinds_.size() + 1 > static_cast<std::size_t>(max_media_classes))
+      throw Error(fmt::format("{} different media: at most {} besides the air can be told apart", kinds_.size(),
+                              max_media_classes - 1));
+    std::vector<Medium> media(1);
+    for (const MaterialDescription& kind : kinds_) media.push_back({static_cast<float>(kind.ior), kind.absorption});
+    return media;
+  }
+  /// The class of a material's inside; 0 for what has none.
+  std::uint8_t class_of(const MaterialDescription& material) const {
+    if (material.kind != BsdfKind::dielectric) return 0;
+    for (std::size_t i = 0; i < kinds_.size(); ++i)
+      if (key(kinds_[i]) == key(material)) return static_cast<std::uint8_t>(i + 1);
+    return 0;
+  }
+
+ private:
+  std::vector<MaterialDescription> kinds_;
+
+  static std::tuple<int, double, float, float, float> key(const MaterialDescription& m) {
+    return {m.priority, m.ior, m.absorption.r, m.absorption.g, m.absorption.b};
+  }
+};
+
+/// Makes a FlatScene, one kind of element after the other.
+class Compiler {
+ public:
+  explicit Compiler(const SceneDescription& scene) : scene_(scene) {}
+
+  FlatScene run() {
+    const Bounds bounds = bounds_of(scene_);
+    flat_.recentring = middle_of(scene_, bounds);
+    flat_.bounds.include(local(bounds.low));
+    flat_.bounds.include(local(bounds.high));
+    radius_ = 0.5 * length(bounds.high - bounds.low);
+    collect_media();
+    for (const FluidDescription& fluid : scene_.fluids) add(fluid);
+    for (const BallsDescription& balls : scene_.balls) add(balls);
+    for (const BoxDescription& box : scene_.boxes) add(box);
+    for (const PatchDescription& patch : scene_.patches) add(patch);
+    for (const MeshDescription& mesh : scene_.meshes) add(mesh);
+    add_lights();
+    flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
+    flat_.integrator = scene_.integrator;
+    flat_.film = scene_.film;
+    return std::move(flat_);
+  }
+
+ private:
+  const SceneDescription& scene_;
+  FlatScene flat_;
+  MediaClasses classes_;
+  double radius_ = 1;  // of the scene
+
+  Vec3 local(Vec3d p) const { return to_float(p - flat_.recentring); }
+
+  void collect_media() {
+    for (const FluidDescription& fluid : scene_.fluids) classes_.add(fluid.material);
+    for (const BallsDescription& balls : scene_.balls) classes_.add(balls.material);
+    for (const BoxDescription& box : scene_.boxes) classes_.add(box.material);
+    for (const MeshDescription& mesh : scene_.meshes) classes_.add(mesh.material);
+    flat_.media = classes_.sort();
+  }
+
+  std::uint32_t add_material(const MaterialDescription& description) {
+    Material material;
+    material.kind = description.kind;
+    material.one_sided = description.one_sided;
+    const TextureDescription& texture = description.reflectance;
+    material.reflectance.kind = texture.kind;
+    material.reflectance.first = texture.first;
+    material.reflectance.second = texture.second;
+    material.reflectance.axis_u = static_cast<std::uint8_t>(texture.axis_u);
+    material.reflectance.axis_v = static_cast<std::uint8_t>(texture.axis_v);
+    material.reflectance.cell = static_cast<float>(texture.cell);
+    // The pattern repeats every two cells: the corner nearest to the middle keeps the precision far from the origin.
+    const double period = 2 * texture.cell;
+    const Vec3d corner = texture.origin - flat_.recentring;
+    const auto near_middle = [&](double c) { return c - period * std::round(c / period); };
+    material.reflectance.origin = to_float({near_middle(corner.x), near_middle(corner.y), near_middle(corner.z)});
+    flat_.materials.push_back(material);
+    return static_cast<std::uint32_t>(flat_.materials.size() - 1);
+  }
+
+  Instance& add_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {
+    Instance instance;
+    instance.kind = kind;
+    instance.geometry = static_cast<std::uint32_t>(geometry);
+    instance.media_class = classes_.class_of(material);
+    instance.material = add_material(material);
+    return flat_.instances.emplace_back(instance);
+  }
+
+  /// Places an instance whose geometry was recentred about `center` in its own space.
+  void set_placement(Instance& instance, const Placement& placement, Vec3d center) const {
+    instance.to_world.x_axis = to_float(placement.x_axis);
+    instance.to_world.y_axis = to_float(placement.y_axis);
+    instance.to_world.z_axis = to_float(placement.z_axis);
+    instance.to_world.origin = local(place(placement, center));
+    instance.to_object = inverse_of(instance.to_world);
+    instance.identity = instance.to_world == Transform{};
+  }
+
+  /// The point of a geometry's own space that becomes its origin.
+  Vec3d own_center(const Placement& placement, const Bounds& own) const {
+    return is_identity(placement) ? flat_.recentring : 0.5 * (own.low + own.high);
+  }
+
+  void add(const FluidDescription& fluid) {
+    Bounds own;
+    for (const Vec3d& p : fluid.positions) own.include(p);
+    const Vec3d center = own_center(fluid.placement, own);
+    std::vector<Vec3> positions;
+    positions.reserve(fluid.positions.size());
+    for (const Vec3d& p : fluid.positions) positions.push_back(to_float(p - center));
+
+    FluidGeometry geometry;
+    if (fluid.container) {
+      geometry.clipped = true;
+      const Box3d box = without_contact(*fluid.container, fluid);
+      geometry.clip = {to_float(box.low - center), to_float(box.high - center)};
+    }
+    flat_.surfaces.push_back(build_implicit_surface(positions, fluid.radii, fluid.surface));
+    geometry.surface = flat_.surfaces.back().view();
+    flat_.fluids.push_back(geometry);
+    if (flat_.fluids.size() > static_cast<std::size_t>(max_fluids))
+      throw Error(fmt::format("{} fluids: at most {} can be told apart", scene_.fluids.size(), max_fluids));
+
+    Instance& instance = add_instance(GeometryKind::fluid, flat_.fluids.size() - 1, fluid.material);
+    instance.fluid = static_cast<std::int16_t>(flat_.fluids.size() - 1);
+    set_placement(instance, fluid.placement, center);
+    // Crossings are found to 2e-4 of a radius.
+    instance.offset = 3e-4f * fluid.surface.radius * static_cast<float>(largest_scale(fluid.placement));
+  }
+
+  /// A container that stands on a floor reaches a little into it, so that the floor alone is met there, without a film
+  /// of air and without two surfaces at one place.
+  Box3d without_contact(Box3d box, const FluidDescription& fluid) const {
+    if (!is_identity(fluid.placement)) return box;
+    const double tolerance = 0.02 * static_cast<double>(fluid.surface.radius);
+    for (const PatchDescription& patch : scene_.patches) {
+      const Vec3d normal = normalize(cross(patch.axis_u, patch.axis_v));
+      const auto press = [&](double component, double along, double& face, double outwards) {
+        if (std::abs(component) > 1 - 1e-9 && std::abs(face - along) < tolerance) face = along + outwards * tolerance;
+      };
+      press(normal.x, patch.center.x, box.low.x, -1);
+      press(normal.y, patch.center.y, box.low.y, -1);
+      press(normal.z, patch.center.z, box.low.z, -1);
+      press(normal.x, patch.center.x, box.high.x, 1);
+      press(normal.y, patch.center.y, box.high.y, 1);
+      press(normal.z, patch.center.z, box.high.z, 1);
+    }
+    return box;
+  }
+
+  void add(const BallsDescription& set) {
+    if (set.balls.empty()) return;
+    BallRange range;
+    range.first = static_cast<std::uint32_t>(flat_.balls.size());
+    range.count = static_cast<std::uint32_t>(set.balls.size());
+    for (const BallDescription& description : set.balls) {
+      const Ball ball{local(description.center), static_cast<float>(description.radius)};
+      flat_.balls.push_back(ball);
+      // A little more than the balls, for the rounding of the test against the box.
+      const float reach = ball.radius * 1.0001f + 1e-6f * static_cast<float>(radius_);
+      range.bounds.include(ball.center - Vec3{reach, reach, reach});
+      range.bounds.include(ball.center + Vec3{reach, reach, reach});
+    }
+    flat_.ball_ranges.push_back(range);
+    add_instance(GeometryKind::balls, flat_.ball_ranges.size() - 1, set.material);
+  }
+
+  void add(const BoxDescription& box) {
+    flat_.boxes.push_back({local(box.box.low), local(box.box.high)});
+    add_instance(GeometryKind::box, flat_.boxes.size() - 1, box.material);
+  }
+
+  void add(const PatchDescription& description) {
+    Patch patch;
+    patch.center = local(description.center);
+    patch.axis_u = to_float(normalize(description.axis_u));
+    patch.axis_v = to_float(normalize(description.axis_v));
+    patch.normal = to_float(normalize(cross(description.axis_u, description.axis_v)));
+    patch.half_u = static_cast<float>(description.half_u);
+    patch.half_v = static_cast<float>(description.half_v);
+    flat_.patches.push_back(patch);
+    add_instance(GeometryKind::patch, flat_.patches.size() - 1, description.material);
+  }
+
+  void add(const MeshDescription& description) {
+    const TriangleMesh& mesh = description.mesh;
+    Bounds own;
+    for (const Vec3& p : mesh.positions) own.include(to_double(p));
+    const Vec3d center = own_center(description.placement, own);
+
+    MeshRange range;
+    range.first_position = static_cast<std::uint32_t>(flat_.mesh_positions.size());
+    range.position_count = static_cast<std::uint32_t>(mesh.positions.size());
+    range.first_triangle = static_cast<std::uint32_t>(flat_.mesh_triangles.size());
+    range.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    range.smooth = !mesh.normals.empty();
+    for (const Vec3& p : mesh.positions) flat_.mesh_positions.push_back(to_float(to_double(p) - center));
+    flat_.mesh_normals.resize(flat_.mesh_positions.size());
+    std::copy(mesh.normals.begin(), mesh.normals.end(), flat_.mesh_normals.begin() + range.first_position);
+    for (const auto& t : mesh.triangles)
+      flat_.mesh_triangles.push_back(
+          {range.first_position + t[0], range.first_position + t[1], range.first_position + t[2]});
+    flat_.meshes.push_back(range);
+
+    Instance& instance = add_instance(GeometryKind::mesh, flat_.meshes.size() - 1, description.material);
+    set_placement(instance, description.placement, center);
+    if (!is_black(description.radiance)) instance.light = add_emitter(range, instance.to_world, description.radiance);
+  }
+
+  std::int32_t add_emitter(const MeshRange& range, const Transform& to_world, Rgb radiance) {
+    std::vector<LightTriangle> triangles;
+    for (std::uint32_t i = 0; i < range.triangle_count; ++i) {
+      const MeshTriangle& t = flat_.mesh_triangles[range.first_triangle + i];
+      const Vec3 a = to_world.point(flat_.mesh_positions[t.a]);
+      triangles.push_back({a, to_world.point(flat_.mesh_positions[t.b]) - a, to_world.point(flat_.mesh_positions[t.c]) - a});
+    }
+    return flat_.lights.add_triangles(triangles, radiance);
+  }
+
+  void add_lights() {
+    for (const LightDescription& light : scene_.lights) flat_.lights.add(make_light(light));
+    add_environment();
+    // Light from infinity counts over the scene's disk; a scene that is a point has a disk too.
+    flat_.lights.finish(static_cast<float>(std::max(radius_, 1e-6)));
+  }
+
+  Light make_light(const LightDescription& light) const {
+    using Kind = LightDescription::Kind;
+    switch (light.kind) {
+      case Kind::rectangle: break;
+      case Kind::disk:
+        return make_disk_light(local(light.position), to_float(light.normal), static_cast<float>(light.radius),
+                               light.radiance, light.two_sided);
+      case Kind::sphere:
+        return make_sphere_light(local(light.position), static_cast<float>(light.radius), light.radiance);
+      case Kind::distant:
+        return make_distant_light(to_float(light.normal), static_cast<float>(light.half_angle * (M_PI / 180)),
+                                  light.radiance);
+    }
+    return make_rectangle_light(local(light.position), to_float(light.edge_u), to_float(light.edge_v), light.radiance,
+                                light.two_sided);
+  }
+
+  void add_environment() {
+    using Kind = EnvironmentDescription::Kind;
+    const EnvironmentDescription& environment = scene_.environment;
+    switch (environment.kind) {
+      case Kind::none: return;
+      case Kind::constant: flat_.lights.set_constant_environment(environment.constant); return;
+      case Kind::sky: flat_.environment = make_sky(environment.sky); break;
+      case Kind::studio: flat_.environment = make_studio(); break;
+      case Kind::image:
+        if (environment.image.channels != 3) throw Error("environment: the picture must have 3 channels");
+        flat_.environment =
+            EnvironmentImage(environment.image.width, environment.image.height, environment.image.pixels);
+        break;
+    }
+    flat_.lights.set_environment(flat_.environment, scene_.up, static_cast<float>(environment.turn / 360));
+  }
+};
+
+}  // namespace
+
+SceneView FlatScene::view() const {
+  SceneView v;
+  v.instances = instances.data();
+  v.instance_count = static_cast<int>(instances.size());
+  v.fluids = fluids.data();
+  v.ball_ranges = ball_ranges.data();
+  v.balls = balls.data();
+  v.boxes = boxes.data();
+  v.patches = patches.data();
+  v.meshes = meshes.data();
+  v.mesh_positions = mesh_positions.data();
+  v.mesh_normals = mesh_normals.data();
+  v.mesh_triangles = mesh_triangles.data();
+  v.materials = materials.data();
+  return v;
+}
+
+FlatScene compile(const SceneDescription& scene) {
+  validate(scene);
+  return Compiler(scene).run();
+}
+
+}  // namespace embrun

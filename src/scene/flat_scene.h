@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "camera/camera.h"
+#include "geometry/ball.h"
+#include "geometry/box.h"
+#include "geometry/implicit_surface.h"
+#include "geometry/patch.h"
+#include "lights/light_set_builder.h"
+#include "materials/material.h"
+#include "math/transform.h"
+#include "media/media_state.h"
+#include "scene/scene_description.h"
+
+namespace embrun {
+
+enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, mesh };
+
+/// A geometry in its place: everything that a ray meets is found through one of these.
+struct Instance {
+  Transform to_world, to_object;
+  bool identity = true;  ///< both transforms are
+  GeometryKind kind = GeometryKind::patch;
+  std::uint8_t media_class = 0;  ///< of the inside; 0: opaque or without inside
+  std::int16_t fluid = -1;       ///< number of the instance among those of fluids, or -1
+  std::uint32_t geometry = 0;    ///< index into the array of its kind
+  std::uint32_t material = 0;
+  std::int32_t light = -1;       ///< an emitting mesh's light, or -1
+  float offset = 0;              ///< least distance of a new ray's origin from the surface, world metres
+};
+
+/// A fluid's surface and the box that ends it (if any), in the fluid's own space.
+struct FluidGeometry {
+  ImplicitSurfaceView surface;
+  bool clipped = false;
+  Box3 clip;
+};
+
+/// A stretch of FlatScene::balls, and its bounds.
+struct BallRange {
+  std::uint32_t first = 0, count = 0;
+  Box3 bounds;
+};
+
+/// Stretches of the mesh arrays; triangles index into the whole position array.
+struct MeshRange {
+  std::uint32_t first_position = 0, position_count = 0;
+  std::uint32_t first_triangle = 0, triangle_count = 0;
+  bool smooth = false;  ///< has normals, one per position
+};
+
+struct MeshTriangle {
+  std::uint32_t a = 0, b = 0, c = 0;
+};
+
+/// The arrays of a compiled scene, for per-ray code on any device. Coordinates are relative to
+/// FlatScene::recentring.
+struct SceneView {
+  const Instance* instances = nullptr;
+  int instance_count = 0;
+  const FluidGeometry* fluids = nullptr;
+  const BallRange* ball_ranges = nullptr;
+  const Ball* balls = nullptr;
+  const Box3* boxes = nullptr;
+  const Patch* patches = nullptr;
+  const MeshRange* meshes = nullptr;
+  const Vec3* mesh_positions = nullptr;
+  const Vec3* mesh_normals = nullptr;
+  const MeshTriangle* mesh_triangles = nullptr;
+  const Material* materials = nullptr;
+};
+
+/// A compiled scene: arrays and indices that never change while it is rendered.
+struct FlatScene {
+  Vec3d recentring;  ///< the point of the world that is the origin of all coordinates below
+  Box3 bounds;       ///< of everything finite; never empty
+  std::vector<Instance> instances;
+  std::vector<ImplicitSurface> surfaces;  ///< owners of what `fluids` view
+  std::vector<FluidGeometry> fluids;
+  std::vector<BallRange> ball_ranges;
+  std::vector<Ball> balls;
+  std::vector<Box3> boxes;
+  std::vector<Patch> patches;
+  std::vector<MeshRange> meshes;
+  std::vector<Vec3> mesh_positions, mesh_normals;
+  std::vector<MeshTriangle> mesh_triangles;
+  std::vector<Material> materials;
+  std::vector<Medium> media;  ///< by class; [0] is the air
+  EnvironmentImage environment;    ///< owner of what the lights view
+  LightSetBuilder lights;
+  Camera camera;
+  IntegratorDescription integrator;
+  FilmDescription film;
+
+  FlatScene() = default;
+  FlatScene(FlatScene&&) = default;
+  FlatScene& operator=(FlatScene&&) = default;
+  FlatScene(const FlatScene&) = delete;
+  FlatScene& operator=(const FlatScene&) = delete;
+
+  /// Valid while this object lives.
+  SceneView view() const;
+};
+
+}  // namespace embrun

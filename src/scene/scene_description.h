@@ -1,0 +1,169 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "camera/camera.h"
+#include "geometry/surface_settings.h"
+#include "geometry/triangle_mesh.h"
+#include "image/image.h"
+#include "lights/sky.h"
+#include "materials/bsdf.h"
+#include "materials/texture.h"
+#include "math/rgb.h"
+#include "math/up_axis.h"
+#include "sampling/sampler.h"
+
+// A scene as plain data: positions in metres and double precision, wherever the world's origin is. It can be printed,
+// compared and changed at will; compile() checks it and makes what a ray touches. Defaults are usable.
+
+namespace embrun {
+
+/// A box in the world.
+struct Box3d {
+  Vec3d low, high;
+};
+
+/// A rotation, scaling and shift of a geometry: x -> x_axis x.x + y_axis x.y + z_axis x.z + origin.
+struct Placement {
+  Vec3d x_axis{1, 0, 0}, y_axis{0, 1, 0}, z_axis{0, 0, 1};
+  Vec3d origin;
+};
+
+/// A colour over space. Of a checkerboard: square cells of side `cell` in the plane of two axes, cell (0, 0) with its
+/// corner at `origin` shows `first`.
+struct TextureDescription {
+  TextureKind kind = TextureKind::constant;
+  Rgb first{0.5f, 0.5f, 0.5f};
+  Rgb second{0.2f, 0.2f, 0.2f};
+  double cell = 1;  ///< metres, > 0
+  Vec3d origin;
+  int axis_u = 0, axis_v = 2;  ///< 0 to 2, different
+};
+
+/// What a surface is made of, and for a dielectric what is behind it.
+struct MaterialDescription {
+  BsdfKind kind = BsdfKind::diffuse;
+  bool one_sided = false;          ///< seen only from where the normal points
+  TextureDescription reflectance;  ///< of diffuse and conductor; channels in [0, 1]
+  double ior = 1.33;               ///< of the inside of a dielectric, in [1, 10]
+  Rgb absorption;                  ///< of the inside, per metre
+  /// Where bodies overlap the inside of the highest priority counts; dielectrics of the same priority, ior and
+  /// absorption are one solid. 1 and up; the air has 0.
+  int priority = 1;
+};
+
+inline MaterialDescription diffuse_material(Rgb reflectance) {
+  MaterialDescription material;
+  material.reflectance.first = reflectance;
+  return material;
+}
+
+inline MaterialDescription dielectric_material(double ior, Rgb absorption = {}, int priority = 1) {
+  MaterialDescription material;
+  material.kind = BsdfKind::dielectric;
+  material.ior = ior;
+  material.absorption = absorption;
+  material.priority = priority;
+  return material;
+}
+
+/// The continuous surface of a fluid's particles.
+struct FluidDescription {
+  std::vector<Vec3d> positions;
+  std::vector<float> radii;  ///< one per particle, or empty: `surface.radius` for all
+  SurfaceSettings surface;
+  MaterialDescription material = dielectric_material(1.33);
+  /// The fluid ends at this box, with a flat face wherever it reaches it.
+  std::optional<Box3d> container;
+  Placement placement;
+};
+
+struct BallDescription {
+  Vec3d center;
+  double radius = 1;
+};
+
+/// Balls on their own. Those of one dielectric that overlap are one solid.
+struct BallsDescription {
+  std::vector<BallDescription> balls;
+  MaterialDescription material;
+};
+
+struct BoxDescription {
+  Box3d box;
+  MaterialDescription material;
+};
+
+/// A flat rectangle, seen from both sides unless the material is one-sided. The normal is that of `axis_u` x `axis_v`.
+struct PatchDescription {
+  Vec3d center;
+  Vec3d axis_u{1, 0, 0}, axis_v{0, 0, -1};  ///< at right angles; any length
+  double half_u = 1, half_v = 1;            ///< metres; infinite for a whole plane
+  MaterialDescription material;
+};
+
+struct MeshDescription {
+  TriangleMesh mesh;
+  Placement placement;
+  MaterialDescription material;
+  Rgb radiance;  ///< emitted, on the side of the triangles' normals; 0: none
+};
+
+/// A lamp without geometry of its own: opaque, and visible.
+struct LightDescription {
+  enum class Kind { rectangle, disk, sphere, distant };
+  Kind kind = Kind::rectangle;
+  Rgb radiance{1, 1, 1};
+  Vec3d position;            ///< corner of a rectangle, centre of a disk or sphere
+  Vec3d edge_u, edge_v;      ///< of a rectangle, at right angles; it shines to the side of edge_u x edge_v
+  Vec3d normal{0, -1, 0};    ///< of a disk: where it shines to; of a distant light: the direction towards it
+  double radius = 1;         ///< of a disk or sphere
+  double half_angle = 2.5;   ///< of a distant light, degrees
+  bool two_sided = false;
+};
+
+/// Light from infinitely far all round.
+struct EnvironmentDescription {
+  enum class Kind { none, constant, sky, studio, image };
+  Kind kind = Kind::constant;
+  Rgb constant{1, 1, 1};
+  SkySettings sky;
+  Image image;      ///< latitude-longitude, 3 channels, row 0 at the zenith
+  double turn = 0;  ///< degrees about the up axis, anticlockwise from above
+};
+
+struct FilmDescription {
+  int width = 1280, height = 720;
+  std::optional<PixelWindow> crop;
+};
+
+/// How paths are followed: see PathSettings.
+struct IntegratorDescription {
+  std::uint32_t seed = 0;
+  SamplerKind sampler = SamplerKind::sobol;
+  int samples = 64;         ///< per pixel
+  int max_depth = 32;       ///< scattering events, 0 to 65535
+  int max_refractions = -1; ///< -1: any number
+  int roulette_depth = 3;
+};
+
+struct SceneDescription {
+  UpAxis up = UpAxis::y;
+  std::vector<FluidDescription> fluids;
+  std::vector<BallsDescription> balls;
+  std::vector<BoxDescription> boxes;
+  std::vector<PatchDescription> patches;
+  std::vector<MeshDescription> meshes;
+  std::vector<LightDescription> lights;
+  EnvironmentDescription environment;
+  CameraSettings camera;
+  FilmDescription film;
+  IntegratorDescription integrator;
+};
+
+/// Throws Error, naming the element and the value, when the scene cannot be rendered as it stands.
+void validate(const SceneDescription& scene);
+
+}  // namespace embrun

@@ -1,0 +1,180 @@
+#include <cmath>
+#include <initializer_list>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "scene/scene_description.h"
+
+namespace embrun {
+namespace {
+
+template <class... Args>
+void require(bool condition, fmt::format_string<Args...> format, Args&&... args) {
+  if (!condition) throw Error(fmt::format(format, std::forward<Args>(args)...));
+}
+
+bool finite(double v) { return std::isfinite(v); }
+bool finite(Vec3d v) { return finite(v.x) && finite(v.y) && finite(v.z); }
+bool finite(Rgb v) { return is_finite(v); }
+
+void check_color(Rgb color, const std::string& what, float highest) {
+  for (int c = 0; c < 3; ++c)
+    require(color[c] >= 0 && color[c] <= highest, "{}: {},{},{} has a channel that is not in [0, {}]", what, color.r,
+            color.g, color.b, highest);
+}
+
+void check_texture(const TextureDescription& texture, const std::string& what) {
+  check_color(texture.first, what + ": reflectance", 1);
+  if (texture.kind != TextureKind::checker) return;
+  check_color(texture.second, what + ": second reflectance", 1);
+  require(texture.cell > 0 && finite(texture.cell), "{}: checker cells of {} m; their side must be positive", what,
+          texture.cell);
+  require(finite(texture.origin), "{}: the checkerboard's origin is not finite", what);
+  for (const int axis : {texture.axis_u, texture.axis_v})
+    require(axis >= 0 && axis <= 2, "{}: checkerboard axis {} is not 0, 1 or 2", what, axis);
+  require(texture.axis_u != texture.axis_v, "{}: the checkerboard's two axes are the same", what);
+}
+
+void check_material(const MaterialDescription& material, const std::string& what) {
+  if (material.kind == BsdfKind::diffuse || material.kind == BsdfKind::conductor)
+    check_texture(material.reflectance, what);
+  if (material.kind != BsdfKind::dielectric) return;
+  require(material.ior >= 1 && material.ior <= 10, "{}: refractive index {} is not in [1, 10]", what, material.ior);
+  require(finite(material.absorption) && material.absorption.r >= 0 && material.absorption.g >= 0 &&
+              material.absorption.b >= 0,
+          "{}: absorption {},{},{} has a channel that is not a number of at least 0", what, material.absorption.r,
+          material.absorption.g, material.absorption.b);
+  require(material.priority >= 1, "{}: priority {} is not at least 1 (0 is the air's)", what, material.priority);
+}
+
+void check_box(const Box3d& box, const std::string& what) {
+  require(finite(box.low) && finite(box.high), "{}: a corner is not finite", what);
+  require(box.low.x < box.high.x && box.low.y < box.high.y && box.low.z < box.high.z,
+          "{}: the first corner {},{},{} must be below the second {},{},{} on every axis", what, box.low.x, box.low.y,
+          box.low.z, box.high.x, box.high.y, box.high.z);
+}
+
+void check_placement(const Placement& p, const std::string& what) {
+  require(finite(p.x_axis) && finite(p.y_axis) && finite(p.z_axis) && finite(p.origin), "{}: the placement is not finite",
+          what);
+  const double volume = dot(cross(p.x_axis, p.y_axis), p.z_axis);
+  require(std::abs(volume) > 1e-12, "{}: the placement flattens it", what);
+}
+
+void check_fluid(const FluidDescription& fluid, const std::string& what) {
+  require(!fluid.positions.empty(), "{}: it has no particles", what);
+  const SurfaceSettings& surface = fluid.surface;
+  require(surface.radius > 0 && finite(surface.radius), "{}: particle radius {} is not positive", what, surface.radius);
+  require(surface.order >= 1 && surface.order <= 16, "{}: neighbourhood order {} is not in [1, 16]", what,
+          surface.order);
+  require(surface.spacing >= 0 && finite(surface.spacing), "{}: rest spacing {} is negative or not finite", what,
+          surface.spacing);
+  if (surface.threshold_mode == ThresholdMode::number)
+    require(surface.threshold > 0 && finite(surface.threshold), "{}: threshold {} is not positive", what,
+            surface.threshold);
+  require(fluid.radii.empty() || fluid.radii.size() == fluid.positions.size(),
+          "{}: {} radii for {} particles", what, fluid.radii.size(), fluid.positions.size());
+  for (std::size_t i = 0; i < fluid.positions.size(); ++i)
+    require(finite(fluid.positions[i]), "{}: the position of particle {} is not finite", what, i);
+  for (std::size_t i = 0; i < fluid.radii.size(); ++i)
+    require(fluid.radii[i] > 0 && finite(fluid.radii[i]), "{}: the radius {} of particle {} is not positive", what,
+            fluid.radii[i], i);
+  require(fluid.material.kind == BsdfKind::dielectric || fluid.material.kind == BsdfKind::diffuse ||
+              fluid.material.kind == BsdfKind::conductor,
+          "{}: its material is none that a surface can have", what);
+  check_material(fluid.material, what);
+  check_placement(fluid.placement, what);
+  if (fluid.container) check_box(*fluid.container, what + ": container");
+}
+
+void check_light(const LightDescription& light, const std::string& what) {
+  require(finite(light.radiance), "{}: its radiance is not finite", what);
+  require(finite(light.position) && finite(light.edge_u) && finite(light.edge_v) && finite(light.normal),
+          "{}: a coordinate is not finite", what);
+  using Kind = LightDescription::Kind;
+  if (light.kind == Kind::rectangle) {
+    const double along = std::abs(dot(light.edge_u, light.edge_v));
+    require(along <= 1e-6 * length(light.edge_u) * length(light.edge_v), "{}: its edges are not at right angles", what);
+  }
+  if (light.kind == Kind::disk || light.kind == Kind::sphere)
+    require(light.radius > 0 && finite(light.radius), "{}: its radius {} is not positive", what, light.radius);
+  if (light.kind == Kind::disk || light.kind == Kind::distant)
+    require(length(light.normal) > 0, "{}: its direction is zero", what);
+  if (light.kind == Kind::distant)
+    require(light.half_angle > 0 && light.half_angle <= 90, "{}: its half angle {} is not in (0, 90] degrees", what,
+            light.half_angle);
+}
+
+void check_film(const FilmDescription& film) {
+  constexpr int largest = 1 << 16;
+  require(film.width >= 1 && film.height >= 1 && film.width <= largest && film.height <= largest,
+          "picture of {} x {} pixels: each side must be from 1 to {}", film.width, film.height, largest);
+  if (!film.crop) return;
+  const PixelWindow& crop = *film.crop;
+  require(crop.width >= 1 && crop.height >= 1 && crop.x >= 0 && crop.y >= 0 && crop.x <= film.width - crop.width &&
+              crop.y <= film.height - crop.height,
+          "crop {},{},{},{} does not lie within the {} x {} pixels of the picture", crop.x, crop.y, crop.width,
+          crop.height, film.width, film.height);
+}
+
+void check_integrator(const IntegratorDescription& settings) {
+  require(settings.samples >= 1, "{} samples per pixel: there must be at least 1", settings.samples);
+  require(settings.max_depth >= 0 && settings.max_depth <= 65535, "greatest depth {} is not in [0, 65535]",
+          settings.max_depth);
+  require(settings.max_refractions >= -1, "{} refractions: give 0 or more, or -1 for any number",
+          settings.max_refractions);
+  require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
+}
+
+void check_mesh(const MeshDescription& mesh, const std::string& what) {
+  require(!mesh.mesh.triangles.empty(), "{}: it has no triangles", what);
+  require(mesh.mesh.normals.empty() || mesh.mesh.normals.size() == mesh.mesh.positions.size(),
+          "{}: {} normals for {} positions", what, mesh.mesh.normals.size(), mesh.mesh.positions.size());
+  for (const Vec3& p : mesh.mesh.positions) require(is_finite(p), "{}: a position is not finite", what);
+  for (const auto& triangle : mesh.mesh.triangles)
+    for (const std::uint32_t index : triangle)
+      require(index < mesh.mesh.positions.size(), "{}: a triangle names position {} of {}", what, index,
+              mesh.mesh.positions.size());
+  check_color(mesh.radiance, what + ": radiance", 1e30f);
+  check_material(mesh.material, what);
+  check_placement(mesh.placement, what);
+}
+
+std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {}", what, i + 1); }
+
+}  // namespace
+
+void validate(const SceneDescription& scene) {
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i) check_fluid(scene.fluids[i], numbered("fluid", i));
+  for (std::size_t i = 0; i < scene.balls.size(); ++i) {
+    const std::string what = numbered("set of balls", i);
+    check_material(scene.balls[i].material, what);
+    for (const BallDescription& ball : scene.balls[i].balls)
+      require(finite(ball.center) && ball.radius > 0 && finite(ball.radius),
+              "{}: a ball of radius {} is not positive or not finite", what, ball.radius);
+  }
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
+    check_box(scene.boxes[i].box, numbered("box", i));
+    check_material(scene.boxes[i].material, numbered("box", i));
+  }
+  for (std::size_t i = 0; i < scene.patches.size(); ++i) {
+    const PatchDescription& patch = scene.patches[i];
+    const std::string what = numbered("patch", i);
+    require(finite(patch.center) && finite(patch.axis_u) && finite(patch.axis_v), "{}: a coordinate is not finite", what);
+    require(length(patch.axis_u) > 0 && length(patch.axis_v) > 0 &&
+                std::abs(dot(patch.axis_u, patch.axis_v)) <= 1e-6 * length(patch.axis_u) * length(patch.axis_v),
+            "{}: its axes are not at right angles", what);
+    require(patch.half_u > 0 && patch.half_v > 0, "{}: its half sides {} and {} are not positive", what, patch.half_u,
+            patch.half_v);
+    require(patch.material.kind != BsdfKind::dielectric, "{}: a patch has no inside to refract into", what);
+    check_material(patch.material, what);
+  }
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], numbered("mesh", i));
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) check_light(scene.lights[i], numbered("light", i));
+  check_color(scene.environment.constant, "environment: radiance", 1e30f);
+  check_film(scene.film);
+  check_integrator(scene.integrator);
+}
+
+}  // namespace embrun
