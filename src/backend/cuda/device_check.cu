@@ -1,55 +1,76 @@
 // Compiled by nvcc in CI and never run: shows that the per-ray code is fit for the device. The kernel
-// calls what a path calls, so that templates and inline functions are really instantiated.
-#include "camera/camera.h"
-#include "lights/light_set.h"
-#include "materials/bsdf.h"
-#include "math/ray.h"
-#include "math/rgb.h"
-#include "sampling/sampler.h"
+// traces a whole path through the integrator's stages, past a fluid, a ball and a box, so that every
+// template and inline function on the way is really compiled.
+#include "geometry/ball.h"
+#include "geometry/clipped_surface.h"
+#include "geometry/implicit_surface_trace.h"
+#include "integrators/path_stages.h"
+
+// The large pieces, compiled once each rather than into every caller: it is the compile time that counts here.
+#define EMBRUN_DEVICE_CALL __noinline__ __host__ __device__
 
 namespace embrun {
 namespace {
 
-/// What the kernel reads: views of arrays in device memory.
-struct DeviceScene {
-  Camera camera;
-  LightSet lights;
-  Bsdf bsdf;
+/// A fluid as intersect_clipped wants a body.
+struct FluidBody {
+  ImplicitSurfaceView surface;
+
+  EMBRUN_DEVICE_CALL bool intersect(const Ray& ray, Side side, SurfaceHit& hit) const {
+    return intersect_implicit_surface(surface, ray, side, hit);
+  }
+  EMBRUN_DEVICE_CALL bool contains(Vec3 point) const { return implicit_surface_contains(surface, point); }
 };
 
-EMBRUN_FN Ray first_ray(const DeviceScene& scene, const SampleKey& key) {
-  const CameraSample sample{sample_2d(SamplerKind::sobol, key, Dimension::camera_film),
-                            sample_2d(SamplerKind::sobol, key, Dimension::camera_lens),
-                            sample_1d(SamplerKind::sobol, key, Dimension::time)};
-  const int x = static_cast<int>(key.pixel) % scene.camera.width;
-  const int y = static_cast<int>(key.pixel) / scene.camera.width;
-  return camera_ray(scene.camera, x, y, sample);
-}
+/// The least scene that has one of everything: what the stages ask of an intersector.
+struct DeviceIntersector {
+  FluidBody fluid;
+  Box3 container;
+  Ball ball;
 
-/// Light that a surface point sends back along the ray: one sample of the BSDF, one of the lights.
-EMBRUN_FN Rgb scattered_light(const DeviceScene& scene, const Ray& ray, const SampleKey& key) {
-  const SurfaceNormals normals{-ray.direction, -ray.direction};
-  const BsdfSample scattered =
-      sample_bsdf(scene.bsdf, normals, -ray.direction, sample_1d(SamplerKind::sobol, key, Dimension::bsdf_lobe),
-                  sample_2d(SamplerKind::sobol, key, Dimension::bsdf_direction));
-  const LightSample light =
-      sample_lights(scene.lights, ray.at(1.0f), sample_1d(SamplerKind::independent, key, Dimension::light_choice),
-                    sample_2d(SamplerKind::independent, key, Dimension::light_position));
-  Rgb sum = scattered.weight * escaped_light(scene.lights, scattered.wi).radiance;
-  if (light.valid) {
-    sum += eval_bsdf(scene.bsdf, normals, -ray.direction, light.direction) * light.radiance *
-           (1.0f / (light.pdf + pdf_bsdf(scene.bsdf, normals, -ray.direction, light.direction)));
+  EMBRUN_DEVICE_CALL bool intersect(const Ray& ray, const MediaState& media, SceneHit& hit) const {
+    const Side side = media.inside_fluid(0) ? Side::inside : Side::outside;
+    hit.fluid = 0;
+    hit.media_class = 1;
+    bool found = intersect_clipped(fluid, container, ray, side, hit.surface);
+    Ray nearer = ray;
+    if (found) nearer.t_max = hit.surface.t;
+    if (intersect_ball(ball, nearer, hit.surface)) {
+      hit.fluid = -1;
+      hit.media_class = 0;
+      found = true;
+    }
+    return found;
   }
-  return sum + intersect_lights(scene.lights, ray).radiance;
+  EMBRUN_FN MediaState media_at(Vec3 point) const {
+    const MediaBoundary surface{1, 0, true};
+    return container.contains(point) && fluid.contains(point) ? cross_boundary({}, surface) : MediaState{};
+  }
+};
+
+/// The stages of a path in their order, as a backend runs them.
+EMBRUN_FN Rgb trace_path(const PathScene& scene, const DeviceIntersector& intersector, int x, int y,
+                         PathCounters& counters) {
+  PathState path = generate_path(scene, x, y, 0);
+  while (path.alive) {
+    SceneHit hit;
+    const bool found = intersector.intersect(path.ray, path.media, hit);
+    MediaState behind;
+    if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
+    ShadowRay shadow;
+    if (scatter_path(scene, path, hit, behind, shadow, counters))
+      path.radiance += trace_shadow_ray(scene, intersector, shadow, counters);
+  }
+  return path.radiance;
 }
 
 }  // namespace
 
-__global__ void device_check(const DeviceScene* scene, Rgb* results, int count) {
+__global__ void device_check(const PathScene* scene, const DeviceIntersector* intersector, Rgb* pixels,
+                             PathCounters* counters, int count) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= count) return;
-  const SampleKey key{0, static_cast<uint32_t>(i), 0, 0};
-  results[i] = scattered_light(*scene, first_ray(*scene, key), key);
+  pixels[i] = trace_path(*scene, *intersector, i % scene->camera.width, i / scene->camera.width, counters[i]);
 }
 
 }  // namespace embrun
