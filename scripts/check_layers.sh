@@ -24,7 +24,7 @@ lights       | $l1 geometry
 camera       | $l1
 integrators  | $l2
 scene        | $l2
-io           | $l1 scene
+io           | $l1 scene geometry/triangle_mesh
 meshing      | $l2
 backend/cpu  | $l2 integrators scene/flat
 backend/cuda | $l2 integrators scene/flat
@@ -34,6 +34,7 @@ apps         | face
 python       | face
 web          | face
 "
+# The triangle mesh is plain data: meshing, which cannot see scene, makes it, and io reads and writes it.
 # 'face' is include/embrun, whose headers see only each other and the standard library.
 
 # Libraries that only some folders may see.
