@@ -34,9 +34,9 @@ struct CellModelLoops {
                         const ParticleArrays& out);
   /// Decides how the cell center +- half (list units) stands to the surface by bounds on its field, and for a near
   /// cell fills quadratic, upper and lower. `list` has room for 16 more particles. Sets `cell.kind` to outside,
-  /// inside or near.
-  void (*examine)(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
-                  SurfaceCell& cell);
+  /// inside or near. `near` is scratch with the same room.
+  void (*examine)(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
+                  Vec3 center, float half, SurfaceCell& cell);
 };
 
 /// The version for instruction_set().

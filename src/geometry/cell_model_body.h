@@ -33,11 +33,13 @@ template <>
 struct CurvatureBounds<Kernel::metaball> {
   /// Outside the core the eigenvalues are 3 (radial) and -3(1/u - 1) (across); in it all are -6.
   static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
+    // 1/u is convex: its chords between u = 1/3, 1/2, 0.7 and 1 bound it from above.
     const F16 nearest = max_of(u - h, splat(1.0f / 3.0f));
-    const F16 across = max_of(3.0f / nearest - 3.0f, splat(0.0f));
-    const F16 down = select_less(u - h, splat(1.0f / 3.0f), splat(6.0f), across);
-    const F16 radial = select_less(u - h, splat(1.0f), splat(3.0f), splat(0.0f));
-    return {down, select_less(u + h, splat(1.0f / 3.0f), splat(0.0f), radial)};
+    const F16 inner = 12.0f - 18.0f * nearest;
+    const F16 middle = 7.28572f - 8.571428f * nearest;
+    const F16 outer = 4.285716f - 4.285714f * nearest;
+    const F16 down = max_of(max_of(inner, middle), max_of(outer, splat(0.0f)));
+    return {down, select_less(nearest, splat(1.0f), splat(3.0f), splat(0.0f))};
   }
   /// d^2 f/dk^2 = 3 (1 - rho^2/u^3) for 1/3 <= u <= 1, with rho the distance from the particle's k axis and a the
   /// distance along it: u^2 = rho^2 + a^2. For given a it falls and then rises in rho^2, least at rho^2 = 2 a^2.
@@ -125,42 +127,51 @@ EMBRUN_FN F16 box_distance_squared(F16 x, F16 y, F16 z, Vec3 center, float half)
   return dx * dx + dy * dy + dz * dz;
 }
 
+/// Sixteen far particles after the last one, so that loops over whole blocks read nothing stale.
+void pad(const CellFrame& frame, const ParticleArrays& list, std::size_t count) {
+  for (std::size_t i = 0; i < 16; ++i) {
+    list.x[count + i] = list.y[count + i] = list.z[count + i] = 1e15f;
+    if (!frame.equal_radii) list.reach[count + i] = 1.0f;
+  }
+}
+
+/// Appends those of particles i to i + 15 (of `count`) with a < b to `out`, in order.
+EMBRUN_FN void append_less(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::size_t count, F16 a,
+                           F16 b, const ParticleArrays& out, std::size_t& kept) {
+  const std::size_t valid = count - i < 16 ? count - i : 16;
+#if defined(__AVX512F__)
+  // Intrinsics, since they are far faster than what the compiler makes of the plain loop below.
+  const __mmask16 mask =
+      _mm512_mask_cmp_ps_mask(static_cast<__mmask16>((1u << valid) - 1), a.part[0], b.part[0], _CMP_LT_OQ);
+  _mm512_storeu_ps(out.x + kept, _mm512_maskz_compress_ps(mask, load16(in.x + i).part[0]));
+  _mm512_storeu_ps(out.y + kept, _mm512_maskz_compress_ps(mask, load16(in.y + i).part[0]));
+  _mm512_storeu_ps(out.z + kept, _mm512_maskz_compress_ps(mask, load16(in.z + i).part[0]));
+  if (!frame.equal_radii) {
+    _mm512_storeu_ps(out.reach + kept, _mm512_maskz_compress_ps(mask, load16(in.reach + i).part[0]));
+  }
+  kept += static_cast<std::size_t>(__builtin_popcount(mask));
+#else
+  float left[16], right[16];
+  store16(left, a);
+  store16(right, b);
+  for (std::size_t j = 0; j < valid; ++j) {
+    out.x[kept] = in.x[i + j];
+    out.y[kept] = in.y[i + j];
+    out.z[kept] = in.z[i + j];
+    if (!frame.equal_radii) out.reach[kept] = in.reach[i + j];
+    kept += left[j] < right[j] ? 1 : 0;
+  }
+#endif
+}
+
 std::size_t gather(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
                    const ParticleArrays& out) {
   std::size_t kept = 0;
-  const float reach_squared = frame.reach * frame.reach;
+  F16 reach = splat(frame.reach);
   for (std::size_t i = 0; i < count; i += 16) {
-    const F16 x = load16(in.x + i), y = load16(in.y + i), z = load16(in.z + i);
-    const F16 distance = box_distance_squared(x, y, z, center, half);
-    F16 reach = splat(reach_squared);
-    F16 own = splat(0.0f);
-    if (!frame.equal_radii) {
-      own = load16(in.reach + i);
-      reach = own * own;
-    }
-#if defined(__AVX512F__)
-    // The one place where an intrinsic is far faster than what the compiler makes of the plain loop below.
-    const std::size_t valid = count - i;
-    const __mmask16 mask = _mm512_mask_cmp_ps_mask(
-        static_cast<__mmask16>(valid >= 16 ? 0xffff : (1u << valid) - 1), distance.part[0], reach.part[0], _CMP_LT_OQ);
-    _mm512_storeu_ps(out.x + kept, _mm512_maskz_compress_ps(mask, x.part[0]));
-    _mm512_storeu_ps(out.y + kept, _mm512_maskz_compress_ps(mask, y.part[0]));
-    _mm512_storeu_ps(out.z + kept, _mm512_maskz_compress_ps(mask, z.part[0]));
-    if (!frame.equal_radii) _mm512_storeu_ps(out.reach + kept, _mm512_maskz_compress_ps(mask, own.part[0]));
-    kept += static_cast<std::size_t>(__builtin_popcount(mask));
-#else
-    float d[16], r[16];
-    store16(d, distance);
-    store16(r, reach);
-    const std::size_t valid = count - i < 16 ? count - i : 16;
-    for (std::size_t j = 0; j < valid; ++j) {
-      out.x[kept] = in.x[i + j];
-      out.y[kept] = in.y[i + j];
-      out.z[kept] = in.z[i + j];
-      if (!frame.equal_radii) out.reach[kept] = in.reach[i + j];
-      kept += d[j] < r[j] ? 1 : 0;
-    }
-#endif
+    const F16 distance = box_distance_squared(load16(in.x + i), load16(in.y + i), load16(in.z + i), center, half);
+    if (!frame.equal_radii) reach = load16(in.reach + i);
+    append_less(frame, in, i, count, distance, reach * reach, out, kept);
   }
   return kept;
 }
@@ -210,6 +221,35 @@ FieldBounds octant_bounds(const CellFrame& frame, const ParticleArrays& list, st
     bounds.most = max_of(bounds.most, d + slope * h + 0.5f * h * h * (above[i] + above[i + 8]));
   }
   return bounds;
+}
+
+/// What one pass over a cell's particles tells.
+struct FirstLook {
+  float most;       ///< the field if every particle were as near as the cell lets it be
+  float at_center;  ///< the field of the nearer particles at the cell's centre
+};
+
+/// The first look, which also copies the particles within `near_share` of their reach to `near`.
+template <Kernel kernel>
+FirstLook first_look(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
+                     float near_share, const ParticleArrays& near, std::size_t& near_count) {
+  F16 most = splat(0.0f), at_center = most, scale = splat(frame.support / frame.reach);
+  const float limit = square(near_share * frame.support);
+  for (std::size_t i = 0; i < count; i += 16) {
+    const F16 x = load16(list.x + i), y = load16(list.y + i), z = load16(list.z + i);
+    if (!frame.equal_radii) scale = frame.support / load16(list.reach + i);
+    const F16 distance = box_distance_squared(x, y, z, center, half) * (scale * scale);
+    most += KernelLanes<kernel>::value(distance);
+    append_less(frame, list, i, count, distance, splat(limit), near, near_count);
+  }
+  pad(frame, near, near_count);
+  scale = splat(frame.support / frame.reach);
+  for (std::size_t i = 0; i < near_count; i += 16) {
+    const F16 x = load16(near.x + i) - center.x, y = load16(near.y + i) - center.y, z = load16(near.z + i) - center.z;
+    if (!frame.equal_radii) scale = frame.support / load16(near.reach + i);
+    at_center += KernelLanes<kernel>::value((x * x + y * y + z * z) * (scale * scale));
+  }
+  return {sum_lanes(most), sum_lanes(at_center)};
 }
 
 /// D at the 4 x 4 x 4 nodes of a cell (x fastest, faces included), and sums of the axes' second-derivative ranges.
@@ -292,6 +332,27 @@ NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std
   return s;
 }
 
+// Between nodes 1/3 of a cell apart a function departs from its trilinear interpolation by at most (1/3)^2/8 times the
+// sum over the axes of its second derivative's bound (linear interpolation along one axis after the other).
+constexpr float node_gap = 1.0f / 72.0f;
+
+/// Whether the given particles alone keep D above `level` all over the cell.
+template <Kernel kernel>
+bool proves_inside(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
+                   float level) {
+  // Octants are enough, and cheaper, where supports are large against them, as for n >= 3.
+  if (frame.equal_radii && frame.reach > 4.9f * half) {
+    const float least = octant_bounds<kernel>(frame, list, count, center, half).least;
+    if (least > level) return true;
+    if (least < 0.75f * level) return false;
+  }
+  const NodeSamples s = sample_nodes<kernel>(frame, list, count, center, half);
+  float least = infinity;
+  for (int k = 0; k < 4; ++k) least = min_of(least, min_lane(s.plane[k]));
+  for (int a = 0; a < 3; ++a) least -= node_gap * max_of(0.0f, s.most[a]);
+  return least > level;
+}
+
 /// Least-squares quadratic through the 64 nodes, coordinates in cell sides from the centre. On the product grid
 /// {-1/2, -1/6, 1/6, 1/2}^3 the monomials minus their means are orthogonal, so each coefficient is one sum.
 void fit_quadratic(const NodeSamples& s, float q[10]) {
@@ -345,41 +406,38 @@ FieldBounds node_residuals(const NodeSamples& s, const float q[10]) {
 }
 
 template <Kernel kernel>
-void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
-                SurfaceCell& cell) {
+void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
+                Vec3 center, float half, SurfaceCell& cell) {
   cell.kind = SurfaceCellKind::outside;
   const float threshold = 1.0f / frame.inverse_threshold;
   if (static_cast<float>(count) < threshold) return;  // no kernel exceeds 1
   // Rounding of the sums, here and where the field is evaluated, stays well under this.
   const float rounding = 2e-6f * static_cast<float>(count) + 1e-5f * threshold;
 
-  for (std::size_t i = 0; i < 16; ++i) {
-    list.x[count + i] = list.y[count + i] = list.z[count + i] = 1e15f;
-    if (!frame.equal_radii) list.reach[count + i] = 1.0f;
-  }
+  pad(frame, list, count);
 
-  // Worth it where supports are large against the octants, as for n >= 3; else the bounds decide nothing.
-  if (frame.equal_radii && frame.reach > 4.9f * half) {
-    const FieldBounds coarse = octant_bounds<kernel>(frame, list, count, center, half);
-    if (coarse.most + rounding < threshold) return;
-    if (coarse.least - rounding > threshold) {
+  // Far outside: even with every particle at its nearest the sum stays under. Deep inside: the nearer particles alone
+  // are enough, and without the others the bounds are tighter too.
+  const float near_share = frame.reach > 4.9f * half ? 0.85f : 0.75f;
+  std::size_t near_count = 0;
+  const FirstLook look = first_look<kernel>(frame, list, count, center, half, near_share, near, near_count);
+  if (look.most + rounding < threshold) return;
+  if (look.at_center > 1.2f * threshold) {
+    if (proves_inside<kernel>(frame, near, near_count, center, half, threshold + rounding)) {
       cell.kind = SurfaceCellKind::inside;
       return;
     }
   }
 
   const NodeSamples s = sample_nodes<kernel>(frame, list, count, center, half);
-  // Between nodes d = 1/3 apart a function departs from its trilinear interpolation by at most d^2/8 times the sum
-  // over the axes of its second derivative's bound (linear interpolation, one axis after the other).
-  constexpr float gap = 1.0f / 72.0f;
   float most = -infinity, least = infinity;
   for (int k = 0; k < 4; ++k) {
     most = max_of(most, max_lane(s.plane[k]));
     least = min_of(least, min_lane(s.plane[k]));
   }
   for (int a = 0; a < 3; ++a) {
-    most += gap * max_of(0.0f, -s.least[a]);
-    least -= gap * max_of(0.0f, s.most[a]);
+    most += node_gap * max_of(0.0f, -s.least[a]);
+    least -= node_gap * max_of(0.0f, s.most[a]);
   }
   if (most + s.small_maximum + rounding < threshold) return;
   if (least - rounding > threshold) {
@@ -392,15 +450,15 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
   FieldBounds residual = node_residuals(s, q);
   for (int a = 0; a < 3; ++a) {
     const float curve = 2.0f * q[4 + a];
-    residual.most += gap * max_of(0.0f, curve - s.least[a]);
-    residual.least -= gap * max_of(0.0f, s.most[a] - curve);
+    residual.most += node_gap * max_of(0.0f, curve - s.least[a]);
+    residual.least -= node_gap * max_of(0.0f, s.most[a] - curve);
   }
   residual.most += s.small_maximum;
 
   // The quadratic's own range over the cell: its nodes, and half a gap's worth of its curvature between them.
   const FieldBounds at_nodes = node_residuals(NodeSamples{}, q);
   float bend = 0.0f;
-  for (int a = 0; a < 3; ++a) bend += gap * fabsf(2.0f * q[4 + a]);
+  for (int a = 0; a < 3; ++a) bend += node_gap * fabsf(2.0f * q[4 + a]);
   if (-at_nodes.least + bend + residual.most + rounding < threshold) return;
   if (-at_nodes.most - bend + residual.least - rounding > threshold) {
     cell.kind = SurfaceCellKind::inside;
@@ -418,12 +476,12 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
   cell.lower = (rounding - residual.least) * frame.inverse_threshold;
 }
 
-void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
-             SurfaceCell& cell) {
+void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
+             Vec3 center, float half, SurfaceCell& cell) {
   switch (frame.kernel) {
-    case Kernel::metaball: return examine_as<Kernel::metaball>(frame, list, count, center, half, cell);
-    case Kernel::zhu_bridson: return examine_as<Kernel::zhu_bridson>(frame, list, count, center, half, cell);
-    case Kernel::blinn: return examine_as<Kernel::blinn>(frame, list, count, center, half, cell);
+    case Kernel::metaball: return examine_as<Kernel::metaball>(frame, list, count, near, center, half, cell);
+    case Kernel::zhu_bridson: return examine_as<Kernel::zhu_bridson>(frame, list, count, near, center, half, cell);
+    case Kernel::blinn: return examine_as<Kernel::blinn>(frame, list, count, near, center, half, cell);
   }
 }
 

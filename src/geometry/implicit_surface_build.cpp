@@ -206,30 +206,23 @@ class TileBuilder {
     const auto unit = static_cast<float>(plan_.units_per_grid);
     const std::size_t in_tile = loops_.gather(plan_.frame, all_.arrays(), count, Vec3{2 * unit, 2 * unit, 2 * unit},
                                               2 * unit, tile_.with_room(count));
-    std::vector<Pending> splits;
     for (int brick = 0; brick < 8; ++brick) {
       const int bx = 2 * (brick & 1), by = brick & 2, bz = (brick & 4) / 2;
       const Vec3 brick_center = Vec3{static_cast<float>(bx + 1), static_cast<float>(by + 1), static_cast<float>(bz + 1)} * unit;
       const std::size_t in_brick =
           loops_.gather(plan_.frame, tile_.arrays(), in_tile, brick_center, unit, brick_.with_room(in_tile));
+      take_box_recovered(tile_recovered_, brick_center * (1.0f / unit), 1.0f, brick_recovered_);
       for (int i = 0; i < 8; ++i) {
-        const int cell[3] = {bx + (i & 1), by + ((i >> 1) & 1), bz + (i >> 2)};
-        examine_top_cell(cell, in_brick, tile);
+        examine_top_cell((bz + (i >> 2)) * 16 + (by + ((i >> 1) & 1)) * 4 + bx + (i & 1), in_brick, piece, tile);
       }
     }
     // Records in the order of the cells in the tile, so that a rank in near_mask finds them; then the splits' children.
+    std::vector<Pending> splits;
     for (int cell = 0; cell < static_cast<int>(tile_cells); ++cell) {
       if (((tile.near_mask >> cell) & 1u) == 0) continue;
-      Verdict& verdict = verdicts_[static_cast<std::size_t>(cell)];
-      const std::size_t at = piece.cells.size();
-      piece.cells.push_back(verdict.cell);
-      const Vec3 center = cell_center(cell);
-      const std::size_t listed = regather(center, 0.5f * unit, in_tile);
-      if (wants_split(verdict.cell, 1.0, listed)) {
-        splits.push_back({at, center, 0.5f * unit, 0});
-      } else {
-        finish_leaf(piece, at, center, 0.5f * unit, listed);
-      }
+      const SurfaceCell& record = records_[static_cast<std::size_t>(cell)];
+      if (record.kind == SurfaceCellKind::split) splits.push_back({piece.cells.size(), cell_center(cell), 0.5f * unit, 0});
+      piece.cells.push_back(record);
     }
     while (!splits.empty()) {
       const Pending split = splits.back();
@@ -239,9 +232,6 @@ class TileBuilder {
   }
 
  private:
-  struct Verdict {
-    SurfaceCell cell;
-  };
   struct Pending {
     std::size_t record;
     Vec3 center;
@@ -341,55 +331,62 @@ class TileBuilder {
     }
   }
 
-  /// The recovered particles that are felt in a box (grid units), into cell_recovered_; none when together they
-  /// cannot reach their threshold there.
-  void take_cell_recovered(Vec3 center, float half) {
-    cell_recovered_.clear();
+  /// Those of `from` that are felt in the box center +- half (grid units); returns the most they can sum to there.
+  float take_box_recovered(const std::vector<RecoveredParticle>& from, Vec3 center, float half,
+                           std::vector<RecoveredParticle>& to) const {
+    to.clear();
     const float support = plan_.frame.support;
     float most = 0.0f;
-    for (const RecoveredParticle& r : tile_recovered_) {
+    for (const RecoveredParticle& r : from) {
       const Vec3 d{std::abs(r.x - center.x) - half, std::abs(r.y - center.y) - half, std::abs(r.z - center.z) - half};
-      const float u = length(max_of(d, Vec3{})) * r.inverse_radius;
-      if (u >= support) continue;
-      most += r.weight * kernel_value(plan_.frame.kernel, u);
-      cell_recovered_.push_back({r.x - center.x, r.y - center.y, r.z - center.z, r.inverse_radius, r.weight});
+      const float square = length_squared(max_of(d, Vec3{})) * r.inverse_radius * r.inverse_radius;
+      if (square >= support * support) continue;
+      most += r.weight * kernel_value(plan_.frame.kernel, std::sqrt(square));
+      to.push_back(r);
     }
-    if (most < 0.9999f) cell_recovered_.clear();
+    return most;
   }
 
-  void examine_top_cell(const int cell[3], std::size_t in_brick, SurfaceTile& tile) {
+  void examine_top_cell(int index, std::size_t in_brick, Piece& piece, SurfaceTile& tile) {
     const auto unit = static_cast<float>(plan_.units_per_grid);
-    const int index = cell[2] * 16 + cell[1] * 4 + cell[0];
     const Vec3 center = cell_center(index);
-    SurfaceCell& record = verdicts_[static_cast<std::size_t>(index)].cell;
-    record = {};
-    const std::size_t count = loops_.gather(plan_.frame, brick_.arrays(), in_brick, center, 0.5f * unit,
-                                            cell_.with_room(in_brick));
-    loops_.examine(plan_.frame, cell_.arrays(), count, center, 0.5f * unit, record);
-    if (settle_with_recovered(center, 0.5f * unit, record)) {
+    SurfaceCell& record = records_[static_cast<std::size_t>(index)];
+    const std::size_t listed =
+        loops_.gather(plan_.frame, brick_.arrays(), in_brick, center, 0.5f * unit, cell_.with_room(in_brick));
+    examine(center, 0.5f * unit, listed, brick_recovered_, record);
+    if (record.kind == SurfaceCellKind::near) {
       tile.near_mask |= std::uint64_t{1} << index;
+      if (wants_split(record, 1.0, listed)) {
+        record.kind = SurfaceCellKind::split;
+      } else {
+        finish_leaf(piece, record, center, listed);
+      }
     } else if (record.kind == SurfaceCellKind::inside) {
       tile.inside_mask |= std::uint64_t{1} << index;
     }
   }
 
-  /// True when the cell is near, with the recovered particles taken into account. A cell that only those reach keeps
-  /// list_blocks 0 and is marked by a quadratic of -1.
-  bool settle_with_recovered(Vec3 center, float half, SurfaceCell& record) {
-    if (record.kind == SurfaceCellKind::inside) return false;
-    has_main_ = record.kind == SurfaceCellKind::near;
-    if (!tile_recovered_.empty()) {
-      const auto unit = static_cast<float>(plan_.units_per_grid);
-      take_cell_recovered(center * (1.0f / unit), half / unit);
-      if (!has_main_ && !cell_recovered_.empty()) {
-        record = {};
-        record.quadratic[0] = -1.0f;
-        record.kind = SurfaceCellKind::near;
-      }
-    } else {
+  /// Decides about the cell whose particles are in cell_, the recovered ones of `from` taken into account: they are
+  /// left in cell_recovered_, moved to the cell's centre; none when they cannot reach their threshold in the cell. A
+  /// cell that only those reach gets a quadratic of -1 without slack.
+  void examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
+               SurfaceCell& record) {
+    record = {};
+    loops_.examine(plan_.frame, cell_.arrays(), listed, nearer_.with_room(listed), center, half, record);
+    cell_recovered_.clear();
+    if (record.kind == SurfaceCellKind::inside || from.empty()) return;
+    const float to_grid = 1.0f / static_cast<float>(plan_.units_per_grid);
+    const Vec3 middle = center * to_grid;
+    if (take_box_recovered(from, middle, half * to_grid, cell_recovered_) < 0.9999f) {
       cell_recovered_.clear();
+      return;
     }
-    return record.kind == SurfaceCellKind::near;
+    for (RecoveredParticle& r : cell_recovered_) r.x -= middle.x, r.y -= middle.y, r.z -= middle.z;
+    if (record.kind != SurfaceCellKind::near) {
+      record = {};
+      record.quadratic[0] = -1.0f;
+      record.kind = SurfaceCellKind::near;
+    }
   }
 
   /// The particles felt in a box into cell_, from the tile's.
@@ -426,25 +423,22 @@ class TileBuilder {
     for (std::size_t i = 0; i < 8; ++i) {
       const Vec3 center = split.center + Vec3{(i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half,
                                               (i & 4) != 0 ? half : -half};
-      SurfaceCell record{};
+      SurfaceCell record;
       const std::size_t listed = regather(center, half, in_tile);
-      loops_.examine(plan_.frame, cell_.arrays(), listed, center, half, record);
-      const bool near = settle_with_recovered(center, half, record);
-      piece.cells[first + i] = record;
-      if (!near) continue;
-      if (split.depth + 1 < deepest_split && wants_split(record, size, listed)) {
-        splits.push_back({first + i, center, half, split.depth + 1});
-      } else {
-        finish_leaf(piece, first + i, center, half, listed);
+      examine(center, half, listed, tile_recovered_, record);
+      if (record.kind == SurfaceCellKind::near) {
+        if (split.depth + 1 < deepest_split && wants_split(record, size, listed)) {
+          splits.push_back({first + i, center, half, split.depth + 1});
+        } else {
+          finish_leaf(piece, record, center, listed);
+        }
       }
+      piece.cells[first + i] = record;
     }
   }
 
-  /// Writes the lists of a near leaf whose particles are in cell_.
-  void finish_leaf(Piece& piece, std::size_t at, Vec3 center, float half, std::size_t listed) {
-    SurfaceCell& record = piece.cells[at];
-    const auto unit = static_cast<float>(plan_.units_per_grid);
-    if (!tile_recovered_.empty()) take_cell_recovered(center * (1.0f / unit), half / unit);
+  /// Writes the lists of a near leaf whose particles are in cell_ and cell_recovered_.
+  void finish_leaf(Piece& piece, SurfaceCell& record, Vec3 center, std::size_t listed) {
     ++piece.near_leaves;
     if (is_main(record)) {
       const std::size_t blocks = (listed + 15) / 16;
@@ -462,9 +456,12 @@ class TileBuilder {
       }
     }
     if (!cell_recovered_.empty()) {
+      if (cell_recovered_.size() > std::numeric_limits<std::uint16_t>::max()) {
+        throw Error("too many lone particles overlap one place: the radii are too large");
+      }
       record.recovered = static_cast<std::uint32_t>(piece.recovered.size());
-      record.recovered_count = static_cast<std::uint16_t>(std::min<std::size_t>(cell_recovered_.size(), 65535));
-      piece.recovered.insert(piece.recovered.end(), cell_recovered_.begin(), cell_recovered_.begin() + record.recovered_count);
+      record.recovered_count = static_cast<std::uint16_t>(cell_recovered_.size());
+      piece.recovered.insert(piece.recovered.end(), cell_recovered_.begin(), cell_recovered_.end());
     }
   }
 
@@ -473,13 +470,18 @@ class TileBuilder {
     const auto unit = static_cast<float>(plan_.units_per_grid);
     const float shift = static_cast<float>(plan_.bias) + 0.5f * unit;
     const std::size_t first = piece.packed.size();
-    piece.packed.resize(first + blocks * 48, 65535);
-    std::uint16_t* out = piece.packed.data() + first;
-    for (std::size_t i = 0; i < listed; ++i) {
-      std::uint16_t* block = out + i / 16 * 48 + i % 16;
-      block[0] = static_cast<std::uint16_t>(cell_.x[i] - center.x + shift);
-      block[16] = static_cast<std::uint16_t>(cell_.y[i] - center.y + shift);
-      block[32] = static_cast<std::uint16_t>(cell_.z[i] - center.z + shift);
+    piece.packed.resize(first + blocks * 48);
+    const float* coordinates[3] = {cell_.x.data(), cell_.y.data(), cell_.z.data()};
+    for (int a = 0; a < 3; ++a) {
+      const float offset = shift - center[a];
+      for (std::size_t block = 0; block < blocks; ++block) {
+        std::uint16_t* out = piece.packed.data() + first + block * 48 + static_cast<std::size_t>(a) * 16;
+        const float* in = coordinates[a] + block * 16;
+        // Lanes past the last particle are far away; they must not be converted.
+        const std::size_t used = std::min<std::size_t>(16, listed - block * 16);
+        for (std::size_t i = 0; i < used; ++i) out[i] = static_cast<std::uint16_t>(static_cast<int>(in[i] + offset));
+        for (std::size_t i = used; i < 16; ++i) out[i] = 65535;
+      }
     }
   }
 
@@ -508,11 +510,10 @@ class TileBuilder {
   std::span<const RecoveredSource> recovered_;
   const CellModelLoops& loops_;
   int corner_[3] = {0, 0, 0};
-  bool has_main_ = false;
-  Scratch all_, tile_, brick_, cell_;
+  Scratch all_, tile_, brick_, cell_, nearer_;
   std::vector<std::uint32_t> near_;
-  std::vector<RecoveredParticle> tile_recovered_, cell_recovered_;
-  Verdict verdicts_[tile_cells];
+  std::vector<RecoveredParticle> tile_recovered_, brick_recovered_, cell_recovered_;
+  SurfaceCell records_[tile_cells];
 };
 
 /// Puts the pieces' records and lists together, in order.

@@ -95,7 +95,7 @@ EMBRUN_FN LaneRegister larger(LaneRegister a, LaneRegister b) {
 #if defined(__CUDACC__) || !defined(__SSE__)
   return a > b ? a : b;
 #elif defined(__AVX512F__)
-  return _mm512_max_ps(a, b);
+  return _mm512_maskz_max_ps(0xffff, a, b);
 #elif defined(__AVX__)
   return _mm256_max_ps(a, b);
 #else
@@ -106,7 +106,7 @@ EMBRUN_FN LaneRegister smaller(LaneRegister a, LaneRegister b) {
 #if defined(__CUDACC__) || !defined(__SSE__)
   return a < b ? a : b;
 #elif defined(__AVX512F__)
-  return _mm512_min_ps(a, b);
+  return _mm512_maskz_min_ps(0xffff, a, b);
 #elif defined(__AVX__)
   return _mm256_min_ps(a, b);
 #else
