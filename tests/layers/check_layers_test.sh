@@ -9,9 +9,8 @@ failures=0
 
 fresh_copy() {
   rm -rf "$work/tree"
-  mkdir -p "$work/tree/include"
-  cp -r "$source_dir/src" "$source_dir/apps" "$work/tree/"
-  cp -r "$source_dir/include/." "$work/tree/include/"
+  mkdir -p "$work/tree"
+  cp -r "$source_dir/src" "$source_dir/apps" "$source_dir/include" "$work/tree/"
 }
 
 # expect refused|accepted FILE LINE: adds the line to a fresh copy's file, runs the check.
