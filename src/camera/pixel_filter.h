@@ -39,7 +39,7 @@ EMBRUN_LOCAL_FN float sample_blackman_harris(float u) {
       low = x;
     const float density = (a0 + a1 * cosf(pi * x) + a2 * cosf(2 * pi * x) + a3 * cosf(3 * pi * x)) / (2.0f * a0);
     const float newton = x - error / density;
-    x = newton > low && newton < high ? newton : 0.5f * (low + high);
+    x = newton >= low && newton <= high ? newton : 0.5f * (low + high);
   }
   return x;
 }

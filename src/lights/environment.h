@@ -83,7 +83,8 @@ EMBRUN_FN Rgb environment_radiance(const Environment& env, Vec3 direction) {
 EMBRUN_FN float latlong_pixel_solid_angle(const Environment& env, int y) {
   // cos a - cos b = 2 sin((a + b)/2) sin((b - a)/2) does not cancel at the poles.
   const float row_angle = pi / static_cast<float>(env.height);
-  const float bands = 2.0f * sinf((static_cast<float>(y) + 0.5f) * row_angle) * sinf(0.5f * row_angle);
+  const int from_pole = min_of(y, env.height - 1 - y);
+  const float bands = 2.0f * sinf((static_cast<float>(from_pole) + 0.5f) * row_angle) * sinf(0.5f * row_angle);
   return bands * (2.0f * pi / static_cast<float>(env.width));
 }
 

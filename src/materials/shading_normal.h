@@ -23,13 +23,10 @@ EMBRUN_FN BentVector bend_to_side(Vec3 v, Vec3 axis) {
   const float cosine = dot(v, axis);
   if (cosine >= min_side_cosine) return {v, false};
   Vec3 tangent = v - axis * cosine;
-  float tangent2 = length_squared(tangent);
-  if (tangent2 < 1e-12f) {
-    tangent = Frame(axis).s;
-    tangent2 = 1.0f;
-  }
-  const float scale = sqrtf((1.0f - min_side_cosine * min_side_cosine) / tangent2);
-  return {tangent * scale + axis * min_side_cosine, true};
+  // Near -axis the tangent is all rounding: made perpendicular once more, it is at least on the right side.
+  tangent = length_squared(tangent) < 1e-12f ? Frame(axis).s : normalize(tangent);
+  tangent = normalize(tangent - axis * dot(tangent, axis));
+  return {tangent * sqrtf(1.0f - min_side_cosine * min_side_cosine) + axis * min_side_cosine, true};
 }
 
 /// Normals at a surface point. `geometric` decides sides; `shading` shapes reflection and refraction and should lie

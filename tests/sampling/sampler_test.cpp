@@ -89,7 +89,8 @@ TEST(Sampler, UniformAlongEveryWalk) {
     }
 }
 
-// Pairs fill the square evenly: the two coordinates, two dimensions of one vertex, two bounces, two neighbouring pixels.
+// Pairs fill the square evenly: the two coordinates, two dimensions of one vertex, two bounces, two neighbouring
+// pixels.
 TEST(Sampler, PairsOfNumbersAreIndependent) {
   constexpr int n = 1 << 16, side = 32;
   const auto joint_p = [](const std::function<double(uint32_t)>& a, const std::function<double(uint32_t)>& b) {

@@ -20,8 +20,8 @@ TEST(ReverseBits, AgreesWithTheDefinition) {
   }
 }
 
-// First points of the two-dimensional Sobol sequence, by hand: x is the radical inverse of the index; y's digits are the
-// index's times the Pascal triangle modulo 2.
+// First points of the two-dimensional Sobol sequence, by hand: x is the radical inverse of the index; y's digits are
+// the index's times the Pascal triangle modulo 2.
 TEST(Sobol, FirstPoints) {
   const double x[8] = {0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875};
   const double y[8] = {0, 0.5, 0.75, 0.25, 0.625, 0.125, 0.375, 0.875};
@@ -118,8 +118,8 @@ double integration_error(SamplerKind kind, int n, double truth, F f) {
   return std::sqrt(sum / pixels);
 }
 
-// f = exp(x + y) / (e - 1)^2 integrates to 1. Owen-scrambled nets have a variance of O(n^-3 log n) for smooth functions:
-// the error falls by nearly 8 from n to 4 n; independent numbers' by 2.
+// f = exp(x + y) / (e - 1)^2 integrates to 1. Owen-scrambled nets have a variance of O(n^-3 log n) for smooth
+// functions: the error falls by nearly 8 from n to 4 n; independent numbers' by 2.
 TEST(SobolSampler, ErrorFallsMuchFasterThanTheSquareRoot) {
   const double e1 = std::exp(1.0) - 1;
   const auto f = [e1](Sample2 u) { return std::exp(static_cast<double>(u.x) + u.y) / (e1 * e1); };

@@ -132,7 +132,8 @@ TEST(ChiSquare, RejectsWrongDensities) {
                    .passed);
 }
 
-// Published quantiles: P(X >= 18.307) = 0.05 with 10 degrees, P(X >= 124.342) = 0.05 with 100, P(X >= 6.635) = 0.01 with 1.
+// Published quantiles: P(X >= 18.307) = 0.05 with 10 degrees, P(X >= 124.342) = 0.05 with 100, P(X >= 6.635) = 0.01
+// with 1.
 TEST(ChiSquare, TailProbabilities) {
   EXPECT_NEAR(testing_support::chi_square_tail(18.307, 10), 0.05, 1e-5);
   EXPECT_NEAR(testing_support::chi_square_tail(124.342, 100), 0.05, 1e-5);

@@ -14,14 +14,17 @@ struct ChiSquareTest {
   std::string name;
   /// Draws sample number i: a place in the unit square (a chart of the domain), or nothing.
   std::function<std::optional<std::pair<double, double>>(int)> sample;
-  /// Density claimed, with respect to area in the unit square. Its integral may be below 1: what is missing must be the
-  /// share of samples that are nothing.
+  /// Density claimed, with respect to area in the unit square.
   std::function<double(double, double)> density;
+
+  /// The density's integral is below 1, and what is missing is the share of the samples that are nothing. Otherwise
+  /// none may be nothing.
+  bool partial = false;
 
   int samples = 200'000;
   int columns = 24, rows = 12;
-  /// The density is integrated over a bin by the midpoint rule with this many points a side. Bins whose edges follow the
-  /// density's jumps need few.
+  /// The density is integrated over a bin by the midpoint rule with this many points a side. Bins whose edges follow
+  /// the density's jumps need few.
   int points_per_side = 12;
   /// Probability of failing although the sampler is right, for all the tests of a program together; each gets
   /// the share that Sidak's correction gives it.
@@ -45,6 +48,7 @@ struct SphereChiSquareTest {
   std::string name;
   std::function<std::optional<Vec3>(int)> sample;
   std::function<double(Vec3)> density;
+  bool partial = false;
   int samples = 200'000;
   int columns = 24, rows = 12;
   int points_per_side = 12;
