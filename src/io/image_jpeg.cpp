@@ -1,8 +1,10 @@
-#include <jpeglib.h>
-
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+
+// clang-format off: this header needs <cstdio> before it
+#include <jpeglib.h>
+// clang-format on
 
 #include "io/image_formats.h"
 

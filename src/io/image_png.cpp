@@ -10,25 +10,33 @@
 namespace embrun {
 namespace {
 
-/// Everything that the writing below needs, made beforehand: a jump out of libpng must not skip a destructor.
-struct PngJob {
-  const DisplayImage* image = nullptr;
-  bool srgb = false;
-  std::vector<png_text> texts;
-  std::vector<std::byte> out;
-  char error[128] = "";
+// libpng reports errors by a jump, which must not skip a destructor: what the functions with setjmp need is made
+// before they are called, and lies in one of these.
+
+struct PngErrors {
+  char message[128] = "";
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp message) {
-  auto* job = static_cast<PngJob*>(png_get_error_ptr(png));
-  std::strncpy(job->error, message, sizeof job->error - 1);
+  auto* errors = static_cast<PngErrors*>(png_get_error_ptr(png));
+  std::strncpy(errors->message, message, sizeof errors->message - 1);
   png_longjmp(png, 1);
 }
 
 void on_warning(png_structp, png_const_charp) {}
 
+// --- writing ---
+
+struct WriteJob {
+  const DisplayImage* image = nullptr;
+  bool srgb = false;
+  std::vector<png_text> texts;
+  std::vector<std::byte> out;
+  PngErrors errors;
+};
+
 void on_write(png_structp png, png_bytep data, size_t size) {
-  auto* job = static_cast<PngJob*>(png_get_io_ptr(png));
+  auto* job = static_cast<WriteJob*>(png_get_io_ptr(png));
   bool full = false;
   try {
     const auto* first = reinterpret_cast<const std::byte*>(data);
@@ -41,9 +49,9 @@ void on_write(png_structp png, png_bytep data, size_t size) {
   }
 }
 
-/// Writes the whole file to job.out; false, with job.error set, when libpng gives up. Holds nothing with a destructor.
-bool write_png(PngJob& job) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+/// Writes the whole file to job.out; false when libpng gives up.
+bool write_png(WriteJob& job) {
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job.errors, on_error, on_warning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   if (info == nullptr) {
     png_destroy_write_struct(&png, nullptr);
@@ -72,17 +80,93 @@ bool write_png(PngJob& job) {
   return true;
 }
 
-/// Frees what png_image_begin_read took, on every way out.
-struct PngImage {
-  png_image image{};
-  PngImage() { image.version = PNG_IMAGE_VERSION; }
-  PngImage(const PngImage&) = delete;
-  PngImage& operator=(const PngImage&) = delete;
-  ~PngImage() { png_image_free(&image); }
-};
-
 bool is_ascii(const std::string& text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+}
+
+// --- reading ---
+
+/// A file being read. The header is read first, so that its sizes can be checked before memory is taken.
+struct ReadJob {
+  Bytes bytes;
+  std::size_t position = 0;
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  PngErrors errors;
+
+  explicit ReadJob(Bytes b) : bytes(b) {}
+  ReadJob(const ReadJob&) = delete;
+  ReadJob& operator=(const ReadJob&) = delete;
+  ~ReadJob() { png_destroy_read_struct(&png, &info, nullptr); }
+};
+
+void on_read(png_structp png, png_bytep data, size_t size) {
+  auto* job = static_cast<ReadJob*>(png_get_io_ptr(png));
+  if (size > job->bytes.size() - job->position) {
+    png_error(png, "the file ends early");
+  }
+  std::memcpy(data, job->bytes.data() + job->position, size);
+  job->position += size;
+}
+
+/// Reads up to the pixels, and asks for grey or RGB of 8 or 16 bits, with alpha where the file has any.
+bool read_header(ReadJob& job) {
+  job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job.errors, on_error, on_warning);
+  job.info = job.png != nullptr ? png_create_info_struct(job.png) : nullptr;
+  if (job.info == nullptr || setjmp(png_jmpbuf(job.png)) != 0) {
+    return false;
+  }
+  // Texts, profiles and the like are skipped: libpng would take the memory that their stated lengths ask for.
+  png_set_keep_unknown_chunks(job.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+  png_set_read_fn(job.png, &job, on_read);
+  png_read_info(job.png, job.info);
+  png_set_expand(job.png);
+  return true;
+}
+
+/// Reads all rows into `pixels`, and the rest of the file.
+bool read_rows(ReadJob& job, png_bytep pixels) {
+  if (setjmp(png_jmpbuf(job.png)) != 0) {
+    return false;
+  }
+  const int passes = png_set_interlace_handling(job.png);
+  png_read_update_info(job.png, job.info);
+  const std::size_t stride = png_get_rowbytes(job.png, job.info);
+  const png_uint_32 height = png_get_image_height(job.png, job.info);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (png_uint_32 y = 0; y < height; ++y) {
+      png_read_row(job.png, pixels + y * stride, nullptr);
+    }
+  }
+  png_read_end(job.png, nullptr);
+  return true;
+}
+
+[[noreturn]] void fail_png(const std::string& file, const ReadJob& job) {
+  fail_image(
+      file, std::string("bad PNG file: ") + (job.errors.message[0] != '\0' ? job.errors.message : "not enough memory"));
+}
+
+/// sRGB samples of 8 or 16 bits (big endian), 1 to 4 channels, to linear grey or RGB over black.
+Image to_linear(const std::vector<std::uint8_t>& raw, int width, int height, std::size_t channels, bool wide) {
+  const bool has_alpha = channels % 2 == 0;
+  const std::size_t colours = has_alpha ? channels - 1 : channels;
+  Image image = make_image(width, height, static_cast<int>(colours));
+  float decoded[256];
+  for (int i = 0; i < 256; ++i) {
+    decoded[i] = srgb_decode(static_cast<float>(i) / 255.0f);
+  }
+  const auto value = [&](std::size_t i) {
+    return wide ? static_cast<float>(raw[2 * i] << 8 | raw[2 * i + 1]) / 65535.0f : static_cast<float>(raw[i]) / 255.0f;
+  };
+  for (std::size_t p = 0; p < image.pixel_count(); ++p) {
+    const float alpha = has_alpha ? value(p * channels + colours) : 1.0f;
+    for (std::size_t c = 0; c < colours; ++c) {
+      const std::size_t i = p * channels + c;
+      image.pixels[p * colours + c] = alpha * (wide ? srgb_decode(value(i)) : decoded[raw[i]]);
+    }
+  }
+  return image;
 }
 
 }  // namespace
@@ -97,7 +181,7 @@ std::vector<std::byte> encode_png(const DisplayImage& image, bool srgb, const Im
   if (!image.note.empty()) {
     entries.emplace_back("embrun:mapping", image.note);
   }
-  PngJob job;
+  WriteJob job;
   job.image = &image;
   job.srgb = srgb;
   for (auto& [key, value] : entries) {
@@ -110,48 +194,30 @@ std::vector<std::byte> encode_png(const DisplayImage& image, bool srgb, const Im
     job.texts.push_back(text);
   }
   if (!write_png(job)) {
-    throw Error(std::string("cannot encode a PNG: ") + (job.error[0] != '\0' ? job.error : "not enough memory"));
+    throw Error(std::string("cannot encode a PNG: ") +
+                (job.errors.message[0] != '\0' ? job.errors.message : "not enough memory"));
   }
   return std::move(job.out);
 }
 
 Image decode_png(Bytes bytes, const std::string& file) {
-  PngImage png;
-  if (png_image_begin_read_from_memory(&png.image, bytes.data(), bytes.size()) == 0) {
-    fail_image(file, std::string("bad PNG file: ") + png.image.message);
+  ReadJob job(bytes);
+  if (!read_header(job)) {
+    fail_png(file, job);
   }
-  // Deflate packs at most 1032 bytes into one; a pixel has at least one bit.
-  check_image_size(png.image.width, png.image.height, bytes.size(), 8 * 1032.0, file);
-  const bool wide = (png.image.format & PNG_FORMAT_FLAG_LINEAR) != 0;  // 16 bits
-  const bool colour = (png.image.format & PNG_FORMAT_FLAG_COLOR) != 0;
-  png.image.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
-  png.image.format = (wide ? PNG_FORMAT_FLAG_LINEAR : 0u) | (colour ? PNG_FORMAT_FLAG_COLOR : 0u);
-  std::vector<std::uint16_t> words;
-  std::vector<std::uint8_t> octets;
-  const std::size_t values =
-      static_cast<std::size_t>(png.image.width) * png.image.height * static_cast<std::size_t>(colour ? 3 : 1);
-  void* target = nullptr;
-  if (wide) {
-    words.resize(values);
-    target = words.data();
-  } else {
-    octets.resize(values);
-    target = octets.data();
+  const png_uint_32 width = png_get_image_width(job.png, job.info);
+  const png_uint_32 height = png_get_image_height(job.png, job.info);
+  const int bits = png_get_bit_depth(job.png, job.info) * png_get_channels(job.png, job.info);
+  constexpr double deflate_limit = 1032;  // bytes that one byte can stand for
+  check_image_size(width, height, bytes.size(), 8 * deflate_limit / bits, file);
+  // What the rows will be once expanded: palettes and transparent colours to RGB and alpha.
+  const bool wide = png_get_bit_depth(job.png, job.info) == 16;
+  const std::size_t most_bytes = static_cast<std::size_t>(width) * height * 4u * (wide ? 2u : 1u);
+  std::vector<std::uint8_t> raw(most_bytes);
+  if (!read_rows(job, raw.data())) {
+    fail_png(file, job);
   }
-  const png_color black{0, 0, 0};
-  if (png_image_finish_read(&png.image, &black, target, 0, nullptr) == 0) {
-    fail_image(file, std::string("bad PNG file: ") + png.image.message);
-  }
-
-  Image image = make_image(static_cast<int>(png.image.width), static_cast<int>(png.image.height), colour ? 3 : 1);
-  float decoded[256];
-  for (int i = 0; i < 256; ++i) {
-    decoded[i] = srgb_decode(static_cast<float>(i) / 255.0f);
-  }
-  for (std::size_t i = 0; i < values; ++i) {
-    image.pixels[i] = wide ? static_cast<float>(words[i]) / 65535.0f : decoded[octets[i]];
-  }
-  return image;
+  return to_linear(raw, static_cast<int>(width), static_cast<int>(height), png_get_channels(job.png, job.info), wide);
 }
 
 }  // namespace embrun

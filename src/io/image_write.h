@@ -24,7 +24,7 @@ void check_layer_name(const std::string& name);
 
 struct ImageWriteOptions {
   std::string layer = "beauty";  ///< what a single-layer format (PFM, HDR, PNG) gets
-  ToneSettings tone;             ///< PNG only
+  ToneSettings tone = {};        ///< PNG only
   bool half = false;             ///< EXR: beauty, albedo and normal as 16-bit half floats (values clamped to 65504)
 };
 
