@@ -104,7 +104,7 @@ std::uint64_t ByteStream::most_remaining() const {
 
 void ByteStream::require(std::uint64_t count, std::uint64_t bytes_each, std::string_view what) const {
   if (count <= most_remaining() / bytes_each) return;
-  fail(what, fmt::format("{} times {} bytes are announced, but the file has at most {} bytes left", count, bytes_each,
+  fail(what, fmt::format("{} times {} bytes are announced, but at most {} are left in the file", count, bytes_each,
                          most_remaining()));
 }
 

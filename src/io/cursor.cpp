@@ -65,14 +65,14 @@ std::span<const std::byte> Cursor::take(std::size_t count) {
 
 void Cursor::require(std::uint64_t count, std::uint64_t bytes_each, std::string_view what) const {
   if (count <= remaining() / bytes_each) return;
-  fail(what, fmt::format("{} values of {} bytes are announced but only {} bytes are left in the file", count,
-                         bytes_each, remaining()));
+  fail(what, fmt::format("{} times {} bytes are announced, but only {} are left in the file", count, bytes_each,
+                         remaining()));
 }
 
 void Cursor::require_numbers(std::uint64_t count, std::string_view what) const {
   // The last number needs no blank after it.
   if (count <= (remaining() + 1) / 2) return;
-  fail(what, fmt::format("{} numbers are announced but only {} bytes are left in the file", count, remaining()));
+  fail(what, fmt::format("{} numbers are announced, but only {} bytes are left in the file", count, remaining()));
 }
 
 std::string Cursor::place() const {

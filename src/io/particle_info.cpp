@@ -109,7 +109,8 @@ ParticleInfo describe_particles(const ParticleSet& particles, const std::string&
 
 std::string to_text(const ParticleInfo& info) {
   std::string text = fmt::format("{}: {}, {} particles\n", info.file, info.format, info.count);
-  if (info.dropped_non_finite > 0) text += fmt::format("dropped: {} with a non-finite position\n", info.dropped_non_finite);
+  if (info.dropped_non_finite > 0)
+    text += fmt::format("dropped: {} with a non-finite position\n", info.dropped_non_finite);
   text += fmt::format("bounds: ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) m\n", info.low.x, info.low.y,
                       info.low.z, info.high.x, info.high.y, info.high.z);
   text += "attributes:\n";

@@ -42,7 +42,8 @@ struct Split {
 };
 
 constexpr Split splits[] = {
-    {"velocity", {"vx", "vy", "vz"}},       {"velocity", {"v_x", "v_y", "v_z"}},
+    {"velocity", {"vx", "vy", "vz"}},
+    {"velocity", {"v_x", "v_y", "v_z"}},
     {"velocity", {"velx", "vely", "velz"}},
     {"velocity", {"velocity_x", "velocity_y", "velocity_z"}},
     {"velocity", {"velocity:0", "velocity:1", "velocity:2"}},
@@ -53,15 +54,16 @@ constexpr Split splits[] = {
 };
 
 constexpr std::array<const char*, 3> position_parts[] = {
-    {"x", "y", "z"},          {"px", "py", "pz"},
-    {"pos_x", "pos_y", "pos_z"}, {"position_x", "position_y", "position_z"},
-    {"points:0", "points:1", "points:2"}, {"position:0", "position:1", "position:2"},
+    {"x", "y", "z"},
+    {"px", "py", "pz"},
+    {"pos_x", "pos_y", "pos_z"},
+    {"position_x", "position_y", "position_z"},
+    {"points:0", "points:1", "points:2"},
+    {"position:0", "position:1", "position:2"},
 };
 
 /// A column's name as it is compared: lower case, without a unit in brackets ("X (m)" -> "x").
-std::string comparable(std::string_view name) {
-  return to_lower(trimmed(name.substr(0, name.find_first_of("[("))));
-}
+std::string comparable(std::string_view name) { return to_lower(trimmed(name.substr(0, name.find_first_of("[(")))); }
 
 /// The column of numbers of that name: as it stands, else as it compares.
 const Column* find_column(const std::vector<Column>& columns, std::string_view name, std::size_t components) {
@@ -81,7 +83,8 @@ std::size_t index_of(const std::vector<Column>& columns, const Column* column) {
 /// Removes the columns of those indices.
 void erase_columns(std::vector<Column>& columns, std::vector<std::size_t> indices) {
   std::sort(indices.begin(), indices.end());
-  for (std::size_t i = indices.size(); i-- > 0;) columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(indices[i]));
+  for (std::size_t i = indices.size(); i-- > 0;)
+    columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(indices[i]));
 }
 
 /// The indices of the three columns that are called `parts`, or nothing.
@@ -95,7 +98,8 @@ std::vector<std::size_t> find_parts(const std::vector<Column>& columns, const st
   return found;
 }
 
-std::vector<Vec3d> take_positions(std::string_view file, std::size_t rows, std::vector<Column>& columns) {
+std::vector<Vec3d> take_positions(std::string_view file, std::size_t rows, std::vector<Column>& columns,
+                                  const RowPlace& place) {
   std::vector<Vec3d> positions(rows);
   if (const Column* column = find_column(columns, "position", 3)) {
     for (std::size_t i = 0; i < rows; ++i) {
@@ -114,7 +118,7 @@ std::vector<Vec3d> take_positions(std::string_view file, std::size_t rows, std::
   }
   std::string names;
   for (const Column& column : columns) names += (names.empty() ? "" : ", ") + quoted(column.name);
-  fail_in_file(file, "", "position",
+  fail_in_file(file, place(0), "position",
                fmt::format("no columns x, y and z of numbers; there are {}", names.empty() ? "none" : names));
 }
 
@@ -176,15 +180,19 @@ Attribute to_attribute(Column&& column, ParticleSet& set) {
     result.floats = std::move(column.floats);
     for (float& value : result.floats) value = rounded_to_float(static_cast<double>(value), result.replaced_non_finite);
     result.floats.reserve(result.floats.size() + column.doubles.size());
-    for (const double value : column.doubles) result.floats.push_back(rounded_to_float(value, result.replaced_non_finite));
+    for (const double value : column.doubles)
+      result.floats.push_back(rounded_to_float(value, result.replaced_non_finite));
     return result;
   }
   const auto fits = [](std::int64_t v) { return v == static_cast<std::int64_t>(static_cast<std::int32_t>(v)); };
-  if (!std::all_of(column.longs.begin(), column.longs.end(), fits)) {
+  const auto negative = [](std::int64_t v) { return v < 0; };
+  const bool wrapped =
+      column.type == ScalarType::uint64 && std::any_of(column.longs.begin(), column.longs.end(), negative);
+  if (wrapped || !std::all_of(column.longs.begin(), column.longs.end(), fits)) {
     result.type = AttributeType::int64;
-    if (column.type == ScalarType::uint64 && std::any_of(column.longs.begin(), column.longs.end(), [](auto v) { return v < 0; })) {
-      set.notes.push_back(fmt::format("{}: unsigned values above 2^63 - 1 are kept as negative numbers of the same bits",
-                                      quoted(column.name)));
+    if (wrapped) {
+      set.notes.push_back(fmt::format(
+          "{}: unsigned values above 2^63 - 1 are kept as negative numbers of the same bits", quoted(column.name)));
     }
     result.longs.assign(column.ints.begin(), column.ints.end());
     result.longs.insert(result.longs.end(), column.longs.begin(), column.longs.end());
@@ -258,8 +266,8 @@ void add_attributes(ParticleSet& set, std::vector<Column>& columns) {
     if (column.name == "color") scale_colour(column);
     const std::string name = names.claim(column.name);
     if (name != column.name) {
-      set.notes.push_back(fmt::format("attribute {} comes more than once; one is kept as {}", quoted(column.name),
-                                      quoted(name)));
+      set.notes.push_back(
+          fmt::format("attribute {} comes more than once; one is kept as {}", quoted(column.name), quoted(name)));
     }
     std::string file_name = std::move(column.file_name);
     set.attributes.push_back(to_attribute(std::move(column), set));
@@ -312,7 +320,7 @@ ParticleSet particles_from_columns(std::string_view file, std::size_t rows, std:
     fail_in_file(file, place(0), "position", fmt::format("{} particles: more than 2^32 - 1 are not supported", rows));
   }
   ParticleSet set;
-  set.positions = take_positions(file, rows, columns);
+  set.positions = take_positions(file, rows, columns, place);
   for (const Split& split : splits) join_parts(columns, split.name, split.parts);
   add_attributes(set, columns);
   check_positions(file, set, place);

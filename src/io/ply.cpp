@@ -19,12 +19,12 @@ std::optional<ScalarType> ply_type(std::string_view word) {
     ScalarType type;
   };
   constexpr Name names[] = {
-      {"char", ScalarType::int8},       {"int8", ScalarType::int8},       {"uchar", ScalarType::uint8},
-      {"uint8", ScalarType::uint8},     {"short", ScalarType::int16},     {"int16", ScalarType::int16},
-      {"ushort", ScalarType::uint16},   {"uint16", ScalarType::uint16},   {"int", ScalarType::int32},
-      {"int32", ScalarType::int32},     {"uint", ScalarType::uint32},     {"uint32", ScalarType::uint32},
-      {"int64", ScalarType::int64},     {"uint64", ScalarType::uint64},   {"float", ScalarType::float32},
-      {"float32", ScalarType::float32}, {"double", ScalarType::float64},  {"float64", ScalarType::float64},
+      {"char", ScalarType::int8},       {"int8", ScalarType::int8},      {"uchar", ScalarType::uint8},
+      {"uint8", ScalarType::uint8},     {"short", ScalarType::int16},    {"int16", ScalarType::int16},
+      {"ushort", ScalarType::uint16},   {"uint16", ScalarType::uint16},  {"int", ScalarType::int32},
+      {"int32", ScalarType::int32},     {"uint", ScalarType::uint32},    {"uint32", ScalarType::uint32},
+      {"int64", ScalarType::int64},     {"uint64", ScalarType::uint64},  {"float", ScalarType::float32},
+      {"float32", ScalarType::float32}, {"double", ScalarType::float64}, {"float64", ScalarType::float64},
   };
   for (const Name& name : names) {
     if (name.word == word) return name.type;
@@ -79,7 +79,8 @@ void PlyFile::read_property(std::string_view line) {
     property.is_list = true;
     word = take_token(line);
     const std::optional<ScalarType> type = ply_type(word);
-    if (!type || is_float(*type)) cursor_.fail("property", fmt::format("{} is no type for a list's length", quoted(word)));
+    if (!type || is_float(*type))
+      cursor_.fail("property", fmt::format("{} is no type for a list's length", quoted(word)));
     property.count_type = *type;
     word = take_token(line);
   }
@@ -168,7 +169,8 @@ void PlyFile::skip() {
 
 void PlyFile::read_ascii(const PlyElement& element, PlyRows& rows, std::size_t wanted_list, const PlyListSink& sink) {
   const std::size_t properties = element.properties.size();
-  if (element.count > 0) cursor_.require(element.count, std::max<std::size_t>(1, 2 * properties - 1), element_name(element));
+  if (element.count > 0)
+    cursor_.require(element.count, std::max<std::size_t>(1, 2 * properties - 1), element_name(element));
   for (Column& column : rows.columns) column.reserve(static_cast<std::size_t>(element.count));
   const Cursor start = cursor_;
   rows.place = [start](std::size_t row) {
@@ -204,7 +206,8 @@ void PlyFile::read_ascii(const PlyElement& element, PlyRows& rows, std::size_t w
       }
       if (i == wanted_list) sink(list);
     }
-    if (!trimmed(line).empty()) cursor_.fail(element_name(element), "there are more values on the line than properties");
+    if (!trimmed(line).empty())
+      cursor_.fail(element_name(element), "there are more values on the line than properties");
   }
 }
 
@@ -242,13 +245,15 @@ void PlyFile::read_list_binary(const PlyElement& element, PlyRows& rows, std::si
         continue;
       }
       cursor_.require(1, size_of(property.count_type), property_name(element, property));
-      const std::int64_t length = load_integer(cursor_.take(size_of(property.count_type)).data(), property.count_type, big);
+      const std::int64_t length =
+          load_integer(cursor_.take(size_of(property.count_type)).data(), property.count_type, big);
       if (length < 0) cursor_.fail(property_name(element, property), fmt::format("a list of {} values", length));
       cursor_.require(static_cast<std::uint64_t>(length), size, property_name(element, property));
       const std::byte* values = cursor_.take(static_cast<std::size_t>(length) * size).data();
       if (i != wanted_list) continue;
       list.clear();
-      for (std::int64_t k = 0; k < length; ++k, values += size) list.push_back(load_integer(values, property.type, big));
+      for (std::int64_t k = 0; k < length; ++k, values += size)
+        list.push_back(load_integer(values, property.type, big));
       sink(list);
     }
   }

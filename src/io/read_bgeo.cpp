@@ -39,18 +39,22 @@ BgeoHeader read_header(ByteStream& stream) {
   std::array<char, 5> magic{};
   stream.read(std::as_writable_bytes(std::span(magic)), "header");
   if (std::memcmp(magic.data(), "BgeoV", 5) != 0) {
-    stream.fail("header", fmt::format("{} is not the start of a classic BGEO file (\"BgeoV\"){}",
-                                      quoted({magic.data(), 5}),
-                                      stream.compressed() ? "; only BGEO is read gzipped, unpack other files" : ""));
+    stream.fail("header",
+                fmt::format("{} is not the start of a classic BGEO file (\"BgeoV\"){}", quoted({magic.data(), 5}),
+                            stream.compressed() ? "; only BGEO is read gzipped, unpack other files" : ""));
   }
   const std::int64_t version = read_integer(stream, ScalarType::int32, "version");
   if (version != supported_version) {
     stream.fail("version", fmt::format("{} is not supported, only {}", version, supported_version));
   }
-  constexpr std::array names{"number of points",           "number of primitives",
-                             "number of point groups",     "number of primitive groups",
-                             "number of point attributes", "number of vertex attributes",
-                             "number of primitive attributes", "number of detail attributes"};
+  constexpr std::array names{"number of points",
+                             "number of primitives",
+                             "number of point groups",
+                             "number of primitive groups",
+                             "number of point attributes",
+                             "number of vertex attributes",
+                             "number of primitive attributes",
+                             "number of detail attributes"};
   std::array<std::int64_t, names.size()> counts{};
   for (std::size_t i = 0; i < names.size(); ++i) {
     counts[i] = read_integer(stream, ScalarType::int32, names[i]);
@@ -159,8 +163,9 @@ ParticleSet read_bgeo(std::span<const std::byte> file, std::string_view name) {
   // The fourth coordinate is 1 but in rare files.
   const auto is_one = [](float w) { return w == 1.0f; };
   if (std::all_of(columns[1].floats.begin(), columns[1].floats.end(), is_one)) columns.erase(columns.begin() + 1);
-  ParticleSet set = particles_from_columns(name, static_cast<std::size_t>(header.points), std::move(columns),
-                                           [&](std::size_t i) { return fmt::format("offset {}", first_point + i * record); });
+  ParticleSet set =
+      particles_from_columns(name, static_cast<std::size_t>(header.points), std::move(columns),
+                             [&](std::size_t i) { return fmt::format("offset {}", first_point + i * record); });
   set.format = stream.compressed() ? "BGEO V5, gzip" : "BGEO V5";
   return set;
 }

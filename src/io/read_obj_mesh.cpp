@@ -53,9 +53,9 @@ class ObjReader {
   std::vector<Corner> polygon_;
 
   static bool is_known(std::string_view keyword) {
-    constexpr std::string_view ignored[] = {"",   "vt", "vp", "g",      "o",     "s",     "l",         "p",
-                                            "mg", "usemtl", "mtllib", "bevel", "c_interp", "d_interp", "lod",
-                                            "shadow_obj", "trace_obj"};
+    constexpr std::string_view ignored[] = {"",         "vt",       "vp",  "g",          "o",        "s",
+                                            "l",        "p",        "mg",  "usemtl",     "mtllib",   "bevel",
+                                            "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj"};
     if (keyword.starts_with('#')) return true;
     for (const std::string_view word : ignored) {
       if (word == keyword) return true;

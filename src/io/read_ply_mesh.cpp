@@ -73,7 +73,8 @@ TriangleMesh read_ply_mesh(std::span<const std::byte> file, std::string_view nam
   const std::size_t vertex = ply.find("vertex"), face = ply.find("face");
   if (vertex == elements.size()) ply.cursor().fail("header", "there is no element \"vertex\"");
   if (face == elements.size()) ply.cursor().fail("header", "there is no element \"face\": a mesh is needed here");
-  if (elements[vertex].count > UINT32_MAX) ply.cursor().fail("element 'vertex'", "there are more than 2^32 - 1 vertices");
+  if (elements[vertex].count > UINT32_MAX)
+    ply.cursor().fail("element 'vertex'", "there are more than 2^32 - 1 vertices");
 
   TriangleMesh mesh;
   for (std::size_t i = 0; i <= std::max(vertex, face); ++i) {

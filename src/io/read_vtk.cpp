@@ -20,13 +20,20 @@ std::optional<ScalarType> vtk_type(std::string_view word) {
   };
   // "long" is 8 bytes as every 64-bit Unix writes it; the legacy format stores vtkIdType as int.
   constexpr Name names[] = {
-      {"char", ScalarType::int8},           {"signed_char", ScalarType::int8},
-      {"unsigned_char", ScalarType::uint8}, {"short", ScalarType::int16},
-      {"unsigned_short", ScalarType::uint16}, {"int", ScalarType::int32},
-      {"unsigned_int", ScalarType::uint32}, {"long", ScalarType::int64},
-      {"unsigned_long", ScalarType::uint64}, {"vtktypeint64", ScalarType::int64},
-      {"vtktypeuint64", ScalarType::uint64}, {"vtkidtype", ScalarType::int32},
-      {"float", ScalarType::float32},       {"double", ScalarType::float64},
+      {"char", ScalarType::int8},
+      {"signed_char", ScalarType::int8},
+      {"unsigned_char", ScalarType::uint8},
+      {"short", ScalarType::int16},
+      {"unsigned_short", ScalarType::uint16},
+      {"int", ScalarType::int32},
+      {"unsigned_int", ScalarType::uint32},
+      {"long", ScalarType::int64},
+      {"unsigned_long", ScalarType::uint64},
+      {"vtktypeint64", ScalarType::int64},
+      {"vtktypeuint64", ScalarType::uint64},
+      {"vtkidtype", ScalarType::int32},
+      {"float", ScalarType::float32},
+      {"double", ScalarType::float64},
   };
   for (const Name& name : names) {
     if (to_lower(word) == name.word) return name.type;
@@ -36,8 +43,12 @@ std::optional<ScalarType> vtk_type(std::string_view word) {
 
 /// Names may not hold blanks: VTK writes them as %20 and so on.
 std::string decoded_name(std::string_view text) {
-  const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                         : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1; };
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                  : -1;
+  };
   std::string name;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 && digit(text[i + 2]) >= 0) {
@@ -261,8 +272,9 @@ class VtkReader {
       std::string_view section;
       std::uint64_t components;
     };
-    constexpr Vector vectors[] = {{"vectors", 3},      {"normals", 3},    {"tensors", 9},   {"tensors6", 6},
-                                  {"global_ids", 1},   {"pedigree_ids", 1}, {"edge_flags", 1}, {"texture_coordinates", 0}};
+    constexpr Vector vectors[] = {
+        {"vectors", 3},    {"normals", 3},      {"tensors", 9},    {"tensors6", 6},
+        {"global_ids", 1}, {"pedigree_ids", 1}, {"edge_flags", 1}, {"texture_coordinates", 0}};
     for (const Vector& vector : vectors) {
       if (vector.section != section) continue;
       const std::string name = decoded_name(word(section));
@@ -323,6 +335,7 @@ class VtkReader {
   // Text: a line each in ASCII; in binary a length whose first two bits tell how many bytes it takes, then the text.
   void skip_strings(std::uint64_t components, std::uint64_t tuples, std::string_view what) {
     if (components == 0 || tuples == 0) return;
+    if (!binary_) cursor_.line();  // the rest of the one that announced them
     cursor_.require(tuples, components, what);
     for (std::uint64_t i = 0; i < tuples * components; ++i) {
       if (!binary_) {

@@ -22,7 +22,8 @@ bool is_comment(std::string_view line) {
 }
 
 std::string_view without_comment_mark(std::string_view line) {
-  while (!line.empty() && (line[0] == '#' || line[0] == '/' || line[0] == '%' || is_space(line[0]))) line.remove_prefix(1);
+  while (!line.empty() && (line[0] == '#' || line[0] == '/' || line[0] == '%' || is_space(line[0])))
+    line.remove_prefix(1);
   return line;
 }
 
@@ -45,7 +46,8 @@ void split(std::string_view line, Separator separator, std::vector<std::string_v
     bool quoted_part = false;
     while (i < line.size() && (quoted_part || !ends_field(line[i]))) quoted_part ^= line[i++] == '"';
     std::string_view field = trimmed(line.substr(begin, i - begin));
-    if (field.size() >= 2 && field.front() == '"' && field.back() == '"') field = trimmed(field.substr(1, field.size() - 2));
+    if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+      field = trimmed(field.substr(1, field.size() - 2));
     fields.push_back(field);
     if (i == line.size()) return;
     ++i;
@@ -171,9 +173,9 @@ class TableReader {
   Separator separator_ = Separator::blanks;
   std::vector<std::string_view> fields_;
   std::vector<TableColumn> columns_;
-  bool named_ = false;                 // by a header
-  bool chemical_ = false;              // a count and a comment come first
-  std::uint64_t announced_ = 0;        // rows, where chemical_
+  bool named_ = false;           // by a header
+  bool chemical_ = false;        // a count and a comment come first
+  std::uint64_t announced_ = 0;  // rows, where chemical_
   bool more_frames_ = false;
 
   void skip_byte_order_mark() {

@@ -42,7 +42,8 @@ NeighbourGrid::NeighbourGrid(std::span<const Vec3d> positions, double cell_size)
 
 Vec3d NeighbourGrid::cell_corner(std::size_t cell) const {
   const CellKey& key = cells_[cell].key;
-  return origin_ + Vec3d{static_cast<double>(key.x), static_cast<double>(key.y), static_cast<double>(key.z)} * cell_size_;
+  return origin_ +
+         Vec3d{static_cast<double>(key.x), static_cast<double>(key.y), static_cast<double>(key.z)} * cell_size_;
 }
 
 std::size_t NeighbourGrid::points_in_cell_of(Vec3d p) const {

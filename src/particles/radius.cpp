@@ -57,8 +57,9 @@ RadiusChoice choose_radius(const ParticleSet& particles, const SpacingEstimate& 
   choice.source = spacing.has_bulk ? RadiusSource::spacing : RadiusSource::nearest_neighbour;
   choice.radius = 0.5 * (spacing.has_bulk ? spacing.spacing : spacing.nearest_neighbour);
   if (!is_radius(choice.radius)) {
-    fail(file, "the file gives none and there is nothing to derive one from (a single particle, or most in one place); "
-               "give one with --radius");
+    fail(file,
+         "the file gives none and there is nothing to derive one from (a single particle, or most in one place); "
+         "give one with --radius");
   }
   return choice;
 }

@@ -69,9 +69,9 @@ double rough_spacing(std::span<const Vec3d> points) {
 
 /// What surrounds a place.
 struct Probe {
-  double density = 0;  // points per cubic metre
-  double offset = 0;   // how far the weighted centre of the neighbours is, in kernel radii
-  double isotropy = 0; // 1: they spread alike along all axes; 0: they lie in a plane
+  double density = 0;   // points per cubic metre
+  double offset = 0;    // how far the weighted centre of the neighbours is, in kernel radii
+  double isotropy = 0;  // 1: they spread alike along all axes; 0: they lie in a plane
 };
 
 Probe probe(const NeighbourGrid& grid, Vec3d place, double radius) {
