@@ -27,8 +27,8 @@ struct alignas(64) SurfaceCell {
   float upper, lower;
   std::uint32_t list;  ///< first block of the particle list, or first child
   std::uint16_t list_blocks;
-  std::uint16_t recovered_count;
-  std::uint32_t recovered;  ///< first of the cell's recovered particles
+  std::uint16_t recovered_blocks;
+  std::uint32_t recovered;  ///< first block of the list of recovered particles
   SurfaceCellKind kind;
 };
 static_assert(sizeof(SurfaceCell) == 64);
@@ -41,12 +41,10 @@ struct SurfaceTile {
   std::uint32_t padding;
 };
 
-/// A recovered particle in a cell's list: grid units, relative to the cell's centre.
-struct RecoveredParticle {
-  float x, y, z;
-  float inverse_radius;  ///< 1 / b', b' its influence radius
-  float weight;          ///< w / T'
-};
+/// Numbers a block of sixteen particles in the lists: x, y, z (16 each), then 1/b where radii differ, then the weight
+/// in lists of recovered particles (packed: 65535 w).
+inline constexpr std::size_t packed_stride = 48, packed_recovered_stride = 64;
+inline constexpr std::size_t wide_stride = 64, wide_recovered_stride = 80;
 
 /// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.
 /// The surface is max(D/T, D'/T') = 1 (D' the field of the recovered particles).
@@ -58,13 +56,17 @@ struct ImplicitSurfaceView {
   const std::uint8_t* skip;  ///< [octant][tile][cell]: edge of the largest forward cube without a near cell
   const SurfaceTile* tile;
   const SurfaceCell* cell;
-  const std::uint16_t* packed_lists;  ///< equal radii: blocks of 16 x, 16 y, 16 z on the cell's lattice
-  const float* wide_lists;            ///< unequal radii: blocks of 16 x, y, z, 1/b
-  const RecoveredParticle* recovered;
-  float inverse_threshold;    ///< 1/T
-  float inverse_influence;    ///< 1/b in 1/grid units (equal radii)
-  float lattice_per_cell;     ///< lattice steps a grid unit (equal radii)
-  float lattice_bias;         ///< lattice coordinate of a cell's low corner
+  // Lists: 16-bit coordinates on the cell's lattice when all radii are equal, else floats in grid units.
+  const std::uint16_t* packed_lists;
+  const std::uint16_t* packed_recovered;
+  const float* wide_lists;
+  const float* wide_recovered;
+  float inverse_threshold;            ///< 1/T
+  float recovered_inverse_threshold;  ///< 1/T'
+  float inverse_influence;            ///< 1/b in 1/grid units (equal radii)
+  float recovered_inverse_influence;  ///< 1/b' (equal radii)
+  float lattice_per_cell;             ///< lattice steps a grid unit (equal radii)
+  float lattice_bias;                 ///< lattice coordinate of a cell's low corner
   Kernel kernel;
   NormalMode normal;
   bool equal_radii;

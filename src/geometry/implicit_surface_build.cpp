@@ -48,16 +48,22 @@ struct SortedLattice {
 };
 
 struct RecoveredSource {
-  Vec3d position;  ///< grid units
+  Vec3d position;        ///< grid units
+  float inverse_radius;  ///< 1/b'
+  float weight;          ///< w / T'
+};
+
+/// A recovered particle near some box: grid units, relative to the tile's corner.
+struct RecoveredParticle {
+  float x, y, z;
   float inverse_radius, weight;
 };
 
 /// Records and lists of one piece of tiles, with offsets from its own beginnings.
 struct Piece {
   std::vector<SurfaceCell> cells;
-  std::vector<std::uint16_t> packed;
-  std::vector<float> wide;
-  std::vector<RecoveredParticle> recovered;
+  std::vector<std::uint16_t> packed, packed_recovered;
+  std::vector<float> wide, wide_recovered;
   std::uint64_t list_entries = 0;
   std::uint64_t near_leaves = 0;
 };
@@ -181,14 +187,15 @@ SortedLattice sort_particles(std::span<const Vec3> positions, const GridPlan& pl
 class TileBuilder {
  public:
   TileBuilder(const GridPlan& plan, const SortedLattice& sorted, std::span<const Vec3> positions,
-              std::span<const float> radii, const ParticleBlocks& blocks, float influence_factor,
+              std::span<const float> radii, const ParticleBlocks& blocks, const SurfaceModel& model,
               const ParticleBlocks& recovered_blocks, std::span<const RecoveredSource> recovered)
       : plan_(plan),
         sorted_(sorted),
         positions_(positions),
         radii_(radii),
         blocks_(blocks),
-        influence_factor_(influence_factor),
+        influence_factor_(model.influence_factor),
+        recover_threshold_(model.recover_threshold),
         recovered_blocks_(recovered_blocks),
         recovered_(recovered),
         loops_(cell_model_loops()) {}
@@ -367,7 +374,7 @@ class TileBuilder {
   }
 
   /// Decides about the cell whose particles are in cell_, the recovered ones of `from` taken into account: they are
-  /// left in cell_recovered_, moved to the cell's centre; none when they cannot reach their threshold in the cell. A
+  /// left in cell_recovered_; none when they cannot reach their threshold in the cell. A
   /// cell that only those reach gets a quadratic of -1 without slack.
   void examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
                SurfaceCell& record) {
@@ -381,7 +388,6 @@ class TileBuilder {
       cell_recovered_.clear();
       return;
     }
-    for (RecoveredParticle& r : cell_recovered_) r.x -= middle.x, r.y -= middle.y, r.z -= middle.z;
     if (record.kind != SurfaceCellKind::near) {
       record = {};
       record.quadratic[0] = -1.0f;
@@ -448,20 +454,60 @@ class TileBuilder {
       record.list_blocks = static_cast<std::uint16_t>(blocks);
       piece.list_entries += listed;
       if (plan_.equal_radii) {
-        record.list = static_cast<std::uint32_t>(piece.packed.size() / 48);
+        record.list = static_cast<std::uint32_t>(piece.packed.size() / packed_stride);
         write_packed(piece, center, listed, blocks);
       } else {
-        record.list = static_cast<std::uint32_t>(piece.wide.size() / 64);
+        record.list = static_cast<std::uint32_t>(piece.wide.size() / wide_stride);
         write_wide(piece, center, listed, blocks);
       }
     }
     if (!cell_recovered_.empty()) {
-      if (cell_recovered_.size() > std::numeric_limits<std::uint16_t>::max()) {
+      const std::size_t blocks = (cell_recovered_.size() + 15) / 16;
+      if (blocks > std::numeric_limits<std::uint16_t>::max()) {
         throw Error("too many lone particles overlap one place: the radii are too large");
       }
-      record.recovered = static_cast<std::uint32_t>(piece.recovered.size());
-      record.recovered_count = static_cast<std::uint16_t>(cell_recovered_.size());
-      piece.recovered.insert(piece.recovered.end(), cell_recovered_.begin(), cell_recovered_.end());
+      record.recovered_blocks = static_cast<std::uint16_t>(blocks);
+      if (plan_.equal_radii) {
+        record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride);
+        write_packed_recovered(piece, center, blocks);
+      } else {
+        record.recovered = static_cast<std::uint32_t>(piece.wide_recovered.size() / wide_recovered_stride);
+        write_wide_recovered(piece, center, blocks);
+      }
+    }
+  }
+
+  void write_packed_recovered(Piece& piece, Vec3 center, std::size_t blocks) {
+    const auto unit = static_cast<float>(plan_.units_per_grid);
+    const float shift = static_cast<float>(plan_.bias) + 0.5f * unit + 0.5f;  // to the nearest
+    const std::size_t first = piece.packed_recovered.size();
+    piece.packed_recovered.resize(first + blocks * packed_recovered_stride, 65535);
+    for (std::size_t i = 0; i < blocks * 16; ++i) {
+      std::uint16_t* out = piece.packed_recovered.data() + first + i / 16 * packed_recovered_stride + i % 16;
+      out[48] = 0;
+      if (i >= cell_recovered_.size()) continue;
+      const RecoveredParticle& r = cell_recovered_[i];
+      out[0] = static_cast<std::uint16_t>(r.x * unit - center.x + shift);
+      out[16] = static_cast<std::uint16_t>(r.y * unit - center.y + shift);
+      out[32] = static_cast<std::uint16_t>(r.z * unit - center.z + shift);
+      out[48] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
+    }
+  }
+
+  void write_wide_recovered(Piece& piece, Vec3 center, std::size_t blocks) {
+    const std::size_t first = piece.wide_recovered.size();
+    piece.wide_recovered.resize(first + blocks * wide_recovered_stride, 1e9f);
+    for (std::size_t i = 0; i < blocks * 16; ++i) {
+      float* out = piece.wide_recovered.data() + first + i / 16 * wide_recovered_stride + i % 16;
+      out[48] = 1.0f;
+      out[64] = 0.0f;
+      if (i >= cell_recovered_.size()) continue;
+      const RecoveredParticle& r = cell_recovered_[i];
+      out[0] = r.x - center.x;
+      out[16] = r.y - center.y;
+      out[32] = r.z - center.z;
+      out[48] = r.inverse_radius;
+      out[64] = r.weight * recover_threshold_;
     }
   }
 
@@ -470,12 +516,12 @@ class TileBuilder {
     const auto unit = static_cast<float>(plan_.units_per_grid);
     const float shift = static_cast<float>(plan_.bias) + 0.5f * unit;
     const std::size_t first = piece.packed.size();
-    piece.packed.resize(first + blocks * 48);
+    piece.packed.resize(first + blocks * packed_stride);
     const float* coordinates[3] = {cell_.x.data(), cell_.y.data(), cell_.z.data()};
     for (int a = 0; a < 3; ++a) {
       const float offset = shift - center[a];
       for (std::size_t block = 0; block < blocks; ++block) {
-        std::uint16_t* out = piece.packed.data() + first + block * 48 + static_cast<std::size_t>(a) * 16;
+        std::uint16_t* out = piece.packed.data() + first + block * packed_stride + static_cast<std::size_t>(a) * 16;
         const float* in = coordinates[a] + block * 16;
         // Lanes past the last particle are far away; they must not be converted.
         const std::size_t used = std::min<std::size_t>(16, listed - block * 16);
@@ -487,10 +533,10 @@ class TileBuilder {
 
   void write_wide(Piece& piece, Vec3 center, std::size_t listed, std::size_t blocks) {
     const std::size_t first = piece.wide.size();
-    piece.wide.resize(first + blocks * 64, 1e9f);
+    piece.wide.resize(first + blocks * wide_stride, 1e9f);
     float* out = piece.wide.data() + first;
     for (std::size_t i = 0; i < blocks * 16; ++i) {
-      float* block = out + i / 16 * 64 + i % 16;
+      float* block = out + i / 16 * wide_stride + i % 16;
       if (i < listed) {
         block[0] = cell_.x[i] - center.x;
         block[16] = cell_.y[i] - center.y;
@@ -505,7 +551,7 @@ class TileBuilder {
   std::span<const Vec3> positions_;
   std::span<const float> radii_;
   const ParticleBlocks& blocks_;
-  float influence_factor_;
+  float influence_factor_, recover_threshold_;
   const ParticleBlocks& recovered_blocks_;
   std::span<const RecoveredSource> recovered_;
   const CellModelLoops& loops_;
@@ -519,27 +565,29 @@ class TileBuilder {
 /// Puts the pieces' records and lists together, in order.
 void join_pieces(std::vector<Piece>& pieces, std::vector<SurfaceTile>& tiles, ImplicitSurface::Storage& storage) {
   struct Offsets {
-    std::size_t cells, packed, wide, recovered;
+    std::size_t cells = 0, packed = 0, wide = 0, packed_recovered = 0, wide_recovered = 0;
   };
   std::vector<Offsets> offsets(pieces.size());
-  Offsets total{0, 0, 0, 0};
+  Offsets total;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     offsets[i] = total;
     total.cells += pieces[i].cells.size();
     total.packed += pieces[i].packed.size();
     total.wide += pieces[i].wide.size();
-    total.recovered += pieces[i].recovered.size();
+    total.packed_recovered += pieces[i].packed_recovered.size();
+    total.wide_recovered += pieces[i].wide_recovered.size();
     storage.stats.near_cells += pieces[i].near_leaves;
     storage.stats.mean_list_length += static_cast<double>(pieces[i].list_entries);
   }
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  if (total.cells > most || total.packed / 48 > most || total.wide / 64 > most || total.recovered > most) {
+  if (total.cells > most || total.packed / packed_stride > most || total.wide / wide_stride > most) {
     throw Error("the surface has more cells than 32-bit indices can name");
   }
   storage.cells.resize(total.cells);
   storage.packed_lists.resize(total.packed);
   storage.wide_lists.resize(total.wide);
-  storage.recovered.resize(total.recovered);
+  storage.packed_recovered.resize(total.packed_recovered);
+  storage.wide_recovered.resize(total.wide_recovered);
   parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Piece& piece = pieces[i];
@@ -548,16 +596,19 @@ void join_pieces(std::vector<Piece>& pieces, std::vector<SurfaceTile>& tiles, Im
         if (cell.kind == SurfaceCellKind::split) {
           cell.list += static_cast<std::uint32_t>(o.cells);
         } else {
-          cell.list += static_cast<std::uint32_t>(o.packed / 48 + o.wide / 64);
-          cell.recovered += static_cast<std::uint32_t>(o.recovered);
+          cell.list += static_cast<std::uint32_t>(o.packed / packed_stride + o.wide / wide_stride);
+          cell.recovered += static_cast<std::uint32_t>(o.packed_recovered / packed_recovered_stride +
+                                                       o.wide_recovered / wide_recovered_stride);
         }
       }
-      std::copy(piece.cells.begin(), piece.cells.end(), storage.cells.begin() + static_cast<std::ptrdiff_t>(o.cells));
-      std::copy(piece.packed.begin(), piece.packed.end(),
-                storage.packed_lists.begin() + static_cast<std::ptrdiff_t>(o.packed));
-      std::copy(piece.wide.begin(), piece.wide.end(), storage.wide_lists.begin() + static_cast<std::ptrdiff_t>(o.wide));
-      std::copy(piece.recovered.begin(), piece.recovered.end(),
-                storage.recovered.begin() + static_cast<std::ptrdiff_t>(o.recovered));
+      const auto append = [](const auto& from, auto& to, std::size_t at) {
+        std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+      };
+      append(piece.cells, storage.cells, o.cells);
+      append(piece.packed, storage.packed_lists, o.packed);
+      append(piece.wide, storage.wide_lists, o.wide);
+      append(piece.packed_recovered, storage.packed_recovered, o.packed_recovered);
+      append(piece.wide_recovered, storage.wide_recovered, o.wide_recovered);
       piece = {};
       const std::size_t last = std::min(tiles.size(), (i + 1) * tiles_per_piece);
       for (std::size_t t = i * tiles_per_piece; t < last; ++t) {
@@ -609,7 +660,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   storage->tiles.resize(tile_count);
   std::vector<Piece> pieces((tile_count + tiles_per_piece - 1) / tiles_per_piece);
   parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    TileBuilder builder(plan, sorted, positions, radii, blocks, model.influence_factor, recovered_blocks, recovered);
+    TileBuilder builder(plan, sorted, positions, radii, blocks, model, recovered_blocks, recovered);
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t last = std::min(tile_count, (i + 1) * tiles_per_piece);
       for (std::size_t t = i * tiles_per_piece; t < last; ++t) {
@@ -635,8 +686,11 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   view.cell = storage->cells.data();
   view.packed_lists = storage->packed_lists.data();
   view.wide_lists = storage->wide_lists.data();
-  view.recovered = storage->recovered.data();
+  view.packed_recovered = storage->packed_recovered.data();
+  view.wide_recovered = storage->wide_recovered.data();
   view.inverse_threshold = 1.0f / model.threshold;
+  view.recovered_inverse_threshold = 1.0f / model.recover_threshold;
+  view.recovered_inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.recover_radius));
   view.inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.influence_radius));
   view.lattice_per_cell = static_cast<float>(plan.units_per_grid);
   view.lattice_bias = static_cast<float>(plan.bias);
@@ -651,7 +705,8 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   stats.mean_list_length /= std::max<double>(1.0, static_cast<double>(stats.near_cells));
   stats.bytes = storage->skip.size() + storage->tiles.size() * sizeof(SurfaceTile) +
                 storage->cells.size() * sizeof(SurfaceCell) + storage->packed_lists.size() * sizeof(std::uint16_t) +
-                storage->wide_lists.size() * sizeof(float) + storage->recovered.size() * sizeof(RecoveredParticle);
+                storage->packed_recovered.size() * sizeof(std::uint16_t) +
+                (storage->wide_lists.size() + storage->wide_recovered.size()) * sizeof(float);
   stats.influence_radius = model.influence_radius;
   stats.threshold = model.threshold;
   return ImplicitSurface(std::move(storage));

@@ -6,10 +6,16 @@
 
 namespace embrun {
 
-// The exact field of one cell: loops over the cell's lists. `y` is relative to the cell's centre and all
-// lengths are grid units. Fields are relative: g = D/T - 1, g' = D'/T' - 1, positive inside.
+// The exact fields of one cell: loops over the cell's lists. `y` is relative to the cell's centre and all
+// lengths are grid units. Fields are relative: g = D/T - 1 and g' = D'/T' - 1, positive inside.
 
-/// g at a point of a line and its derivative there; -down <= g'' <= up all along the line inside the cell.
+/// The two fields whose larger one makes the surface.
+enum class SurfaceBranch {
+  main,       ///< D, of all particles
+  recovered,  ///< D', of the recovered ones
+};
+
+/// A field at a point of a line and its derivative there; -down <= g'' <= up where the caller asked for it.
 struct FieldOnLine {
   float value, slope, up, down;
 };
@@ -24,30 +30,52 @@ struct FieldNormals {
 struct ParticleLanes {
   F16 x, y, z;
   F16 inverse_influence;
+  F16 weight;  ///< of the recovered branch
 };
 
-template <bool equal_radii>
-EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, std::uint32_t block, Vec3 origin) {
+template <SurfaceBranch branch>
+EMBRUN_FN std::uint32_t block_count(const SurfaceCell& cell) {
+  return branch == SurfaceBranch::main ? cell.list_blocks : cell.recovered_blocks;
+}
+
+/// 1/b of all particles, or 1/b' of the recovered ones, where radii are equal.
+template <SurfaceBranch branch>
+EMBRUN_FN float equal_inverse_influence(const ImplicitSurfaceView& s) {
+  return branch == SurfaceBranch::main ? s.inverse_influence : s.recovered_inverse_influence;
+}
+template <SurfaceBranch branch>
+EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
+  return branch == SurfaceBranch::main ? s.inverse_threshold : s.recovered_inverse_threshold;
+}
+
+/// Block `i` of the cell's list, relative to `origin` in the coordinates of lists.
+template <SurfaceBranch branch, bool equal_radii>
+EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCell& cell, std::uint32_t i, Vec3 origin) {
+  constexpr bool recovered = branch == SurfaceBranch::recovered;
+  const std::size_t block = static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + i;
   ParticleLanes p;
   if constexpr (equal_radii) {
-    // `origin` is on the cell's lattice; one scale for all.
-    const std::uint16_t* list = s.packed_lists + static_cast<std::size_t>(block) * 48;
-    const float scale = s.inverse_influence / s.lattice_per_cell;
+    constexpr std::size_t stride = recovered ? packed_recovered_stride : packed_stride;
+    const std::uint16_t* list = (recovered ? s.packed_recovered : s.packed_lists) + block * stride;
+    p.inverse_influence = splat(equal_inverse_influence<branch>(s));
+    const float scale = equal_inverse_influence<branch>(s) / s.lattice_per_cell;
     p.x = (load16(list) - origin.x) * scale;
     p.y = (load16(list + 16) - origin.y) * scale;
     p.z = (load16(list + 32) - origin.z) * scale;
-    p.inverse_influence = splat(s.inverse_influence);
+    if constexpr (recovered) p.weight = load16(list + 48) * (1.0f / 65535.0f);
   } else {
-    const float* list = s.wide_lists + static_cast<std::size_t>(block) * 64;
+    constexpr std::size_t stride = recovered ? wide_recovered_stride : wide_stride;
+    const float* list = (recovered ? s.wide_recovered : s.wide_lists) + block * stride;
     p.inverse_influence = load16(list + 48);
     p.x = (load16(list) - origin.x) * p.inverse_influence;
     p.y = (load16(list + 16) - origin.y) * p.inverse_influence;
     p.z = (load16(list + 32) - origin.z) * p.inverse_influence;
+    if constexpr (recovered) p.weight = load16(list + 64);
   }
   return p;
 }
 
-/// A point of the cell in the coordinates of its list.
+/// A point of the cell in the coordinates of its lists.
 template <bool equal_radii>
 EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
   if constexpr (equal_radii) {
@@ -58,54 +86,80 @@ EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
   }
 }
 
-template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d) {
+/// How far the bounds of field_on_line hold.
+enum class BoundsFor {
+  line,     ///< everywhere in the cell
+  segment,  ///< from `begin` to `end` along the line: tighter, and dearer to compute
+};
+
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bounds>
+EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d,
+                                          float begin, float end) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
-  F16 value = splat(0.0f), slope = splat(0.0f), up = splat(0.0f), down = splat(0.0f);
-  for (std::uint32_t i = 0; i < cell.list_blocks; ++i) {
-    const ParticleLanes p = load_block<equal_radii>(s, cell.list + i, origin);
+  F16 value = splat(0.0f), slope = value, up = value, down = value;
+  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
+    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
     const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
-    const LineLanes f = KernelLanes<kernel>::on_line(q, ahead);
+    LineLanes f;
+    if constexpr (bounds == BoundsFor::segment) {
+      f = KernelLanes<kernel>::on_segment(q, ahead, p.inverse_influence * begin, p.inverse_influence * end);
+    } else {
+      f = KernelLanes<kernel>::on_line(q, ahead);
+    }
+    F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
+    if constexpr (branch == SurfaceBranch::recovered) {
+      f.value = f.value * p.weight;
+      first = first * p.weight;
+      second = second * p.weight;
+    }
     value += f.value;
-    if constexpr (equal_radii) {
+    if constexpr (equal_radii && branch == SurfaceBranch::main) {
       slope += f.slope;
       up += f.up;
       down += f.down;
     } else {
-      slope += f.slope * p.inverse_influence;
-      up += f.up * (p.inverse_influence * p.inverse_influence);
-      down += f.down * (p.inverse_influence * p.inverse_influence);
+      slope += f.slope * first;
+      up += f.up * second;
+      down += f.down * second;
     }
   }
-  const float first = equal_radii ? s.inverse_threshold * s.inverse_influence : s.inverse_threshold;
-  const float second = equal_radii ? first * s.inverse_influence : s.inverse_threshold;
-  return {sum_lanes(value) * s.inverse_threshold - 1.0f, sum_lanes(slope) * first, sum_lanes(up) * second,
-          sum_lanes(down) * second};
+  const float scale = inverse_threshold<branch>(s);
+  float first = scale, second = scale;
+  if constexpr (equal_radii && branch == SurfaceBranch::main) {
+    first *= s.inverse_influence;
+    second *= s.inverse_influence * s.inverse_influence;
+  }
+  return {sum_lanes(value) * scale - 1.0f, sum_lanes(slope) * first, sum_lanes(up) * second, sum_lanes(down) * second};
 }
 
-template <Kernel kernel, bool equal_radii>
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
   F16 value = splat(0.0f);
-  for (std::uint32_t i = 0; i < cell.list_blocks; ++i) {
-    const ParticleLanes p = load_block<equal_radii>(s, cell.list + i, origin);
-    value += KernelLanes<kernel>::value(p.x * p.x + p.y * p.y + p.z * p.z);
+  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
+    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
+    F16 f = KernelLanes<kernel>::value(p.x * p.x + p.y * p.y + p.z * p.z);
+    if constexpr (branch == SurfaceBranch::recovered) f = f * p.weight;
+    value += f;
   }
-  return sum_lanes(value) * s.inverse_threshold - 1.0f;
+  return sum_lanes(value) * inverse_threshold<branch>(s) - 1.0f;
 }
 
-template <Kernel kernel, bool equal_radii>
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
-  F16 wx = splat(0.0f), wy = splat(0.0f), wz = splat(0.0f);
-  F16 gx = splat(0.0f), gy = splat(0.0f), gz = splat(0.0f);
-  for (std::uint32_t i = 0; i < cell.list_blocks; ++i) {
-    const ParticleLanes p = load_block<equal_radii>(s, cell.list + i, origin);
+  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx;
+  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
+    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
     F16 value, pull, inverse;
     KernelLanes<kernel>::value_and_pull(q, value, pull, inverse);
-    const F16 w = value * inverse;
+    F16 w = value * inverse;
+    if constexpr (branch == SurfaceBranch::recovered) {
+      w = w * p.weight;
+      pull = pull * p.weight;
+    }
     if constexpr (!equal_radii) pull = pull * p.inverse_influence;
     wx -= w * p.x, wy -= w * p.y, wz -= w * p.z;
     gx -= pull * p.x, gy -= pull * p.y, gz -= pull * p.z;
@@ -113,52 +167,35 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
   return {{sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)}, {sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)}};
 }
 
-/// The same for the recovered particles' field, whose kernel has the radius b'. The lists are short.
-template <Kernel kernel>
-EMBRUN_LOCAL_FN FieldOnLine recovered_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d) {
-  FieldOnLine sum{-1.0f, 0.0f, 0.0f, 0.0f};
-  for (std::uint32_t i = 0; i < cell.recovered_count; ++i) {
-    const RecoveredParticle& r = s.recovered[cell.recovered + i];
-    const Vec3 to = Vec3{r.x - y.x, r.y - y.y, r.z - y.z} * r.inverse_radius;
-    const float ahead = dot(to, d);
-    const float square = dot(to, to);
-    constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
-    const float beside = max_of(square - ahead * ahead, 0.0f);
-    if (beside >= support * support) continue;
-    const float u = sqrtf(square);
-    const float slope = u > 1e-6f ? -kernel_derivative(kernel, u) * ahead / u : 0.0f;
-    const float first = r.weight * r.inverse_radius;
-    const float second = first * r.inverse_radius;
-    sum.value += r.weight * kernel_value(kernel, u);
-    sum.slope += first * slope;
-    // The bounds of KernelLanes::on_line; Blinn's are at most 4k exp(-1.5) and 2k.
-    const float rest = 1.0f - beside;
-    if constexpr (kernel == Kernel::metaball) {
-      sum.up += second * 3.0f * rest;
-      sum.down += second * min_of(6.0f, 6.75f * rest);
-    } else if constexpr (kernel == Kernel::zhu_bridson) {
-      sum.up += second * 6.0f * rest * rest;
-      sum.down += second * 6.0f * rest * rest;
-    } else {
-      sum.up += second * 0.893f * blinn_exponent;
-      sum.down += second * 2.003f * blinn_exponent;
-    }
-  }
-  return sum;
-}
+/// The part of a line where the recovered field can be felt, the most it can be there, and where the first of the
+/// balls would be hit that the particles are when alone.
+struct RecoveredSpan {
+  float begin, end, most, ball;
+};
 
-template <Kernel kernel>
-EMBRUN_LOCAL_FN FieldNormals recovered_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
-  FieldNormals sum;
-  for (std::uint32_t i = 0; i < cell.recovered_count; ++i) {
-    const RecoveredParticle& r = s.recovered[cell.recovered + i];
-    const Vec3 away = Vec3{y.x - r.x, y.y - r.y, y.z - r.z} * r.inverse_radius;
-    const float u = length(away);
-    if (u <= 1e-6f) continue;
-    sum.weighted += away * (r.weight * kernel_value(kernel, u) / u);
-    sum.gradient += away * (-r.weight * r.inverse_radius * kernel_derivative(kernel, u) / u);
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d) {
+  constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
+  const Vec3 origin = list_coordinates<equal_radii>(s, y);
+  const F16 far_away = splat(1e30f), zero = splat(0.0f), edge = splat(support * support);
+  F16 begin = far_away, end = zero - far_away, most = zero, ball = far_away;
+  for (std::uint32_t i = 0; i < cell.recovered_blocks; ++i) {
+    const ParticleLanes p = load_block<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
+    const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
+    const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
+    const F16 beside = max_of(q - ahead * ahead, zero);
+    const F16 radius = 1.0f / p.inverse_influence;
+    const F16 chord = max_of(edge - beside, splat(1e-12f));
+    const F16 half = chord * rsqrt_of(chord);
+    // A lone particle's ball has half its influence radius.
+    const F16 ball_chord = max_of(0.25f - beside, splat(1e-12f));
+    const F16 ball_half = ball_chord * rsqrt_of(ball_chord);
+    begin = min_of(begin, select_less(beside, edge, (ahead - half) * radius, far_away));
+    end = max_of(end, select_less(beside, edge, (ahead + half) * radius, zero - far_away));
+    ball = min_of(ball, select_less(beside, edge, (ahead - ball_half) * radius, far_away));
+    most += KernelLanes<kernel>::value(beside) * p.weight;
   }
-  return sum;
+  return {min_lane(begin), max_lane(end), sum_lanes(most) * s.recovered_inverse_threshold, min_lane(ball)};
 }
 
 }  // namespace embrun

@@ -11,9 +11,8 @@ struct ImplicitSurface::Storage {
   std::vector<std::uint8_t> skip;
   std::vector<SurfaceTile> tiles;
   std::vector<SurfaceCell> cells;
-  std::vector<std::uint16_t> packed_lists;
-  std::vector<float> wide_lists;
-  std::vector<RecoveredParticle> recovered;
+  std::vector<std::uint16_t> packed_lists, packed_recovered;
+  std::vector<float> wide_lists, wide_recovered;
   ImplicitSurfaceView view{};
   ImplicitSurfaceStats stats;
 };

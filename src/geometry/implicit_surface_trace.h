@@ -28,8 +28,10 @@ struct Parabola {
   EMBRUN_FN float at(float t) const { return p0 + t * (p1 + t * p2); }
 };
 
-/// The bracket's width at which a crossing is found: 1e-4 of a cell, 2e-4 R0.
-inline constexpr float crossing_tolerance = 1e-4f;
+/// The bracket's width at which a crossing is found: 3e-4 of a cell, 6e-4 R0. The crossing returned is far nearer.
+inline constexpr float crossing_tolerance = 3e-4f;
+/// How far from 0 the relative field may be at a point that is meant to lie on the surface.
+inline constexpr float rounding_on_surface = 4e-3f;
 
 /// First t >= low at which the parabola is >= -slack; false if there is none up to high.
 EMBRUN_FN bool first_possible(const Parabola& p, float slack, float& low, float high) {
@@ -60,16 +62,24 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
   return p.at(high) > p.at(low) ? high : low;
 }
 
-/// First t in [low, high] at which F = sign * g reaches 0 from below. `evaluate(t)` gives g on the ray.
-/// `guess` is where to look first. With `starts_on_surface` F may be a rounding error above 0 at `low`.
-template <class Evaluate>
-EMBRUN_LOCAL_FN bool first_crossing(const Evaluate& evaluate, float sign, const Parabola& model, float slack, float low,
-                              float high, float guess, bool starts_on_surface, float& t_hit) {
+/// First t in [low, high] at which F = sign * g reaches 0 from below, g the field of one branch. `origin` is relative
+/// to the cell's centre. `guess` is where to look first. With `starts_on_surface` F may be a rounding error above 0 at
+/// `low`.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
+EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
+                                    float sign, const Parabola& model, float slack, float low, float high, float guess,
+                                    bool starts_on_surface, float& t_hit) {
   float sure = infinity;  // F has reached 0 by here
   float t = starts_on_surface ? low : guess;
   float last_width = infinity;
   for (int i = 0; i < 200; ++i) {
-    const FieldOnLine g = evaluate(t);
+    // The cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
+    const Vec3 y = origin + direction * t;
+    const float end = min_of(high, sure);
+    const FieldOnLine g =
+        i == 0 ? field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f, 0.0f)
+               : field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t,
+                                                                                end - t);
     const float value = sign * g.value;
     const float slope = sign * g.slope;
     const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
@@ -84,12 +94,15 @@ EMBRUN_LOCAL_FN bool first_crossing(const Evaluate& evaluate, float sign, const 
       const float after = slope > 0.0f ? -2.0f * value / (slope + root) : (root - slope) / up;
       if (t - before <= low) {
         gap = false;
-        low = max_of(low, t + after);
+        low = max_of(low, min_of(t + after, end + crossing_tolerance));
       }
       // And over value + slope s - down s^2 / 2, which may prove a crossing.
       const float lower_disc = slope * slope + 2.0f * down * value;
-      if (slope > 0.0f && lower_disc >= 0.0f) sure = min_of(sure, t - 2.0f * value / (slope + sqrtf(lower_disc)));
-    } else if (starts_on_surface && i == 0) {
+      if (slope > 0.0f && lower_disc >= 0.0f) {
+        const float proven = t - 2.0f * value / (slope + sqrtf(lower_disc));
+        if (proven <= end) sure = proven;
+      }
+    } else if (starts_on_surface && i == 0 && value < rounding_on_surface) {
       // The ray starts on the surface: rounding put it across. It leaves within the smaller root of the bound.
       if (slope < 0.0f && disc > 0.0f) {
         const float root = sqrtf(disc);
@@ -148,9 +161,6 @@ EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float si
   return {sign * value, sign * slope, sign * curve};
 }
 
-/// Which field a crossing belongs to.
-enum class SurfaceBranch { main, recovered };
-
 /// A crossing inside one cell, before normals.
 struct CellCrossing {
   float t;
@@ -166,48 +176,27 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   const float slack = sign > 0.0f ? cell.upper : cell.lower;
   if (!first_possible(model, slack, low, high)) return false;
   const float guess = likely_crossing(model, low, high);
-  const auto evaluate = [&](float at) {
-    return field_on_line<kernel, equal_radii>(s, cell, origin + direction * at, direction);
-  };
-  return first_crossing(evaluate, sign, model, slack, low, high, guess, starts_on_surface, t);
+  return first_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, sign, model, slack, low,
+                                                                  high, guess, starts_on_surface, t);
 }
 
 /// The same for the recovered particles' field, which has no model.
-template <Kernel kernel>
-EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                                  float sign, float low, float high, bool starts_on_surface, float& t) {
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin,
+                                        Vec3 direction, float sign, float low, float high, bool starts_on_surface,
+                                        float& t) {
   float guess = low;
   if (sign > 0.0f) {
-    // The line's part inside supports, the most the field can be on it, and where lone balls would be hit.
-    constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
-    float begin = infinity, end = -infinity, most = 0.0f, ball = infinity;
-    for (std::uint32_t i = 0; i < cell.recovered_count; ++i) {
-      const RecoveredParticle& r = s.recovered[cell.recovered + i];
-      const Vec3 to = {r.x - origin.x, r.y - origin.y, r.z - origin.z};
-      const float ahead = dot(to, direction);
-      const Vec3 side = to - direction * ahead;
-      const float beside = dot(side, side) * square(r.inverse_radius);
-      if (beside >= support * support) continue;
-      const float half = sqrtf(support * support - beside) / r.inverse_radius;
-      if (ahead + half < low || ahead - half > high) continue;
-      begin = min_of(begin, ahead - half);
-      end = max_of(end, ahead + half);
-      most += r.weight * kernel_value(kernel, sqrtf(beside));
-      // Weight and threshold are such that f = T' at half the influence radius.
-      const float chord = 0.25f - beside;
-      ball = min_of(ball, ahead - (chord > 0.0f ? sqrtf(chord) / r.inverse_radius : 0.0f));
-    }
-    if (most < 0.9999f) return false;
-    low = max_of(low, begin);
-    high = min_of(high, end);
+    const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
+    if (span.most < 0.9999f) return false;
+    low = max_of(low, span.begin);
+    high = min_of(high, span.end);
     if (low > high) return false;
-    guess = clamp(ball, low, high);
+    guess = clamp(span.ball, low, high);
   }
-  const auto evaluate = [&](float at) {
-    return recovered_on_line<kernel>(s, cell, origin + direction * at, direction);
-  };
   const Parabola none{0.0f, 0.0f, 0.0f};
-  return first_crossing(evaluate, sign, none, 1.0f, low, high, guess, starts_on_surface, t);
+  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, sign, none, 1.0f,
+                                                                       low, high, guess, starts_on_surface, t);
 }
 
 /// First crossing of the union's surface within [low, high] of one near cell.
@@ -215,7 +204,7 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
                              bool inside, float low, float high, bool starts_on_surface, CellCrossing& hit) {
   const bool has_main = cell.list_blocks > 0;
-  const bool has_recovered = cell.recovered_count > 0;
+  const bool has_recovered = cell.recovered_blocks > 0;
   if (!inside) {
     bool found = false;
     if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface,
@@ -225,34 +214,33 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       high = hit.t;
     }
     float t;
-    if (has_recovered && recovered_crossing<kernel>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface, t)) {
+    if (has_recovered && recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface, t)) {
       hit = {t, SurfaceBranch::recovered};
       found = true;
     }
     return found;
   }
-  // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other.
+  // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other; where a field is
+  // under its threshold already, its crossing is found at once.
   hit = {low, SurfaceBranch::main};
   for (int i = 0; i < 16; ++i) {
+    const bool at_start = starts_on_surface && i == 0;
+    float t = low;
     if (has_main) {
-      float t = low;
-      // Where the main field is already below its threshold (the ray is inside the other only) it is passed by.
-      const bool under = has_recovered &&
-                         field_value<kernel, equal_radii>(s, cell, origin + direction * low) < (i == 0 ? 0.0f : 1e-6f);
-      if (!under) {
-        if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
-                                                starts_on_surface && !has_recovered, t)) {
-          return false;
-        }
-        hit = {t, SurfaceBranch::main};
-        low = t;
-      }
+      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, at_start, t)) return false;
+      if (i > 0 && t <= low + crossing_tolerance) return true;
+      hit = {t, SurfaceBranch::main};
+      low = t;
     }
     if (!has_recovered) return true;
-    const FieldOnLine r = recovered_on_line<kernel>(s, cell, origin + direction * low, direction);
-    if (r.value <= 0.0f && !(starts_on_surface && i == 0 && r.slope > 0.0f && r.value > -1e-3f)) return true;
-    float t;
-    if (!recovered_crossing<kernel>(s, cell, origin, direction, -1.0f, low, high, r.value <= 1e-4f, t)) return false;
+    const FieldOnLine r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(
+        s, cell, origin + direction * low, direction, 0.0f, 0.0f);
+    const bool on_its_surface = fabsf(r.value) < rounding_on_surface;
+    if (r.value <= 0.0f && !(at_start && on_its_surface && r.slope > 0.0f)) return true;
+    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
+                                                 on_its_surface && r.slope > 0.0f, t)) {
+      return false;
+    }
     hit = {t, SurfaceBranch::recovered};
     low = t;
     if (!has_main) return true;
@@ -265,8 +253,9 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
                         const CellCrossing& crossing, bool inside, SurfaceHit& hit) {
   const Vec3 y = origin + direction * crossing.t;
-  const FieldNormals n = crossing.branch == SurfaceBranch::main ? field_normals<kernel, equal_radii>(s, cell, y)
-                                                                : recovered_normals<kernel>(s, cell, y);
+  const FieldNormals n = crossing.branch == SurfaceBranch::main
+                             ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y)
+                             : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y);
   const float gradient = length(n.gradient);
   const float weighted = length(n.weighted);
   const Vec3 against = inside ? direction : -direction;
@@ -370,8 +359,9 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
   }
   if (cell->kind != SurfaceCellKind::near) return cell->kind == SurfaceCellKind::inside;
   const Vec3 y = p - center;
-  if (cell->list_blocks > 0 && field_value<kernel, equal_radii>(s, *cell, y) > 0.0f) return true;
-  return cell->recovered_count > 0 && recovered_on_line<kernel>(s, *cell, y, Vec3{0, 0, 1}).value > 0.0f;
+  if (cell->list_blocks > 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
+  return cell->recovered_blocks > 0 &&
+         field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
 }
 
 /// Walks the top grid from t = low to high (grid units from ray.origin).

@@ -8,8 +8,7 @@ namespace embrun {
 // The kernels of kernels.h for sixteen particles at once, with what the proofs of the surface tracer need:
 // bounds on the second derivative. Lengths in units of b: q = u^2 is the squared distance.
 
-/// A kernel along a line: value, derivative, and bounds that hold anywhere on the whole line:
-/// -down <= f'' <= up.
+/// A kernel along a line: value and derivative at a point, and bounds -down <= f'' <= up.
 struct LineLanes {
   F16 value, slope, up, down;
 };
@@ -41,7 +40,7 @@ struct KernelLanes<Kernel::metaball> {
     const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
     return 1.5f * outer * outer - 0.5f * core * core;
   }
-  /// `ahead`: (p_i - x) . d. Outside the core f'' = 3(1 - h^2/u^3), h the line's distance from the centre:
+  /// `ahead`: (p_i - x) . d. The bounds hold on the whole line. Outside the core f'' = 3(1 - h^2/u^3), h the line's distance from the centre:
   /// at most 3(1 - h^2), at least -3(1/h - 1), which the chord 2.25(1 - h^2) bounds; in the core it is -6.
   static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
     const F16 safe = max_of(q, splat(1e-12f));
@@ -52,6 +51,25 @@ struct KernelLanes<Kernel::metaball> {
     const F16 beside = max_of(1.0f - (q - ahead * ahead), splat(0.0f));
     return {1.5f * outer * outer - 0.5f * core * core, 3.0f * (outer - core) * inverse * ahead, 3.0f * beside,
             min_of(splat(6.0f), 6.75f * beside)};
+  }
+  /// The same with bounds for the part of the line from `begin` to `end` (distances from the point) only, which are
+  /// far tighter where that is short: f'' outside the core grows with u, so its extremes are at the part's nearest
+  /// and farthest point from the centre. u^-3 = q^-1.5 is bounded by chords above and by tangents below (convex).
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16 begin, F16 end) {
+    LineLanes f = on_line(q, ahead);
+    const F16 zero = splat(0.0f), one = splat(1.0f);
+    const F16 beside = max_of(q - ahead * ahead, zero);
+    const F16 to_begin = begin - ahead, to_end = end - ahead;
+    const F16 gap = max_of(max_of(to_begin, 0.0f - to_end), zero);
+    const F16 q_near = beside + gap * gap;
+    const F16 q_far = min_of(beside + max_of(to_begin * to_begin, to_end * to_end), one);
+    const F16 above = max_of(max_of(42.2f - 136.8f * q_near, 13.172f - 20.686f * q_near), 4.657f - 3.6568f * q_near);
+    const F16 below = max_of(max_of(20.0f - 48.0f * q_far, 7.071f - 8.4853f * q_far), 2.5f - 1.5f * q_far);
+    const F16 down = select_less(q_near, splat(1.0f / 9.0f), splat(6.0f), 3.0f * (beside * above) - 3.0f);
+    const F16 up = 3.0f - 3.0f * (beside * below);
+    f.down = select_less(q_near, one, min_of(max_of(down, zero), f.down), zero);
+    f.up = select_less(q_near, one, max_of(up, zero), zero);
+    return f;
   }
   /// f and -f'(u)/u.
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
@@ -78,6 +96,7 @@ struct KernelLanes<Kernel::zhu_bridson> {
     const F16 bound = 6.0f * beside * beside;
     return {w * w * w, 6.0f * w * w * ahead, bound, bound};
   }
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
     const F16 w = max_of(1.0f - q, splat(0.0f));
     value = w * w * w;
@@ -103,6 +122,7 @@ struct KernelLanes<Kernel::blinn> {
     return {max_of(gauss - blinn_cut * scale, splat(0.0f)), 2.0f * blinn_exponent * inner * ahead,
             4.0f * 0.2231302f * blinn_exponent * beside, 2.0f * blinn_exponent * beside};
   }
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
     const F16 gauss = exp_of(q * -blinn_exponent) * scale;
     value = max_of(gauss - blinn_cut * scale, splat(0.0f));
