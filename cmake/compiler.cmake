@@ -16,6 +16,8 @@ endif()
 if(EMBRUN_NATIVE)
   target_compile_options(embrun_flags INTERFACE -march=native)
 else()
-  # Any x86-64-v2 machine runs the library; src/backend/cpu holds faster versions of the hot loops.
-  target_compile_options(embrun_flags INTERFACE -march=x86-64-v2)
+  # Any x86-64-v2 machine runs the library; src/backend/cpu holds faster versions of the hot loops. Their targets set
+  # EMBRUN_OWN_ISA, as this option would come after theirs and undo it.
+  target_compile_options(embrun_flags INTERFACE
+    $<$<NOT:$<BOOL:$<TARGET_PROPERTY:EMBRUN_OWN_ISA>>>:-march=x86-64-v2>)
 endif()

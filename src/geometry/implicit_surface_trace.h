@@ -85,6 +85,9 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
     const float down = max_of(sign > 0.0f ? g.down : g.up, 1e-12f);
 
+    // Where radii differ, what matters is small against the scale on which the field changes.
+    const float tolerance =
+        equal_radii ? crossing_tolerance : crossing_tolerance * min_of(1.0f, 1.0f / max_of(fabsf(slope), 1e-6f));
     // Around t, F stays under value + slope s + up s^2 / 2: the interval where that is negative is free.
     const float disc = slope * slope - 2.0f * up * value;
     bool gap = true;
@@ -94,7 +97,7 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       const float after = slope > 0.0f ? -2.0f * value / (slope + root) : (root - slope) / up;
       if (t - before <= low) {
         gap = false;
-        low = max_of(low, min_of(t + after, end + crossing_tolerance));
+        low = max_of(low, min_of(t + after, end + tolerance));
       }
       // And over value + slope s - down s^2 / 2, which may prove a crossing.
       const float lower_disc = slope * slope + 2.0f * down * value;
@@ -110,7 +113,7 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
         low = max_of(low, t + (root - slope) / up);
         gap = false;
       } else if (slope < 0.0f) {
-        low += crossing_tolerance;
+        low += tolerance;
         gap = false;
       } else {
         t_hit = t;
@@ -131,7 +134,7 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     const float newton = slope > 0.0f ? t - value / slope : infinity;
     if (sure < infinity) {
       const float width = sure - low;
-      if (width <= crossing_tolerance) {
+      if (width <= tolerance) {
         t_hit = newton > low && newton < sure ? newton : 0.5f * (low + sure);
         return t_hit <= high;
       }
