@@ -17,75 +17,66 @@ double smooth_step(double low, double high, double x) {
   return t * t * (3 - 2 * t);
 }
 
-/// CIE xyY to linear Rec. 709 primaries (ITU-R BT.709, D65); out-of-gamut channels are cut at 0.
-Rgb rgb_from_chromaticity(double x, double y, double luminance_y) {
-  const double X = x / y * luminance_y, Y = luminance_y, Z = (1 - x - y) / y * luminance_y;
-  return {static_cast<float>(std::fmax(0.0, 3.2404542 * X - 1.5371385 * Y - 0.4985314 * Z)),
-          static_cast<float>(std::fmax(0.0, -0.9692660 * X + 1.8760108 * Y + 0.0415560 * Z)),
-          static_cast<float>(std::fmax(0.0, 0.0556434 * X - 0.2040259 * Y + 1.0572252 * Z))};
+/// Air mass towards the sun: 1 at the zenith, 37 at the horizon [Kasten1966].
+double sun_air_mass(double cos_zenith_angle) {
+  const double cosine = std::fmax(cos_zenith_angle, 0.0);
+  const double degrees = std::acos(std::fmin(cosine, 1.0)) * (180 / pi_d);
+  return 1 / (cosine + 0.15 * std::pow(93.885 - degrees, -1.253));
 }
 
-/// One quantity (luminance or a chromaticity) over the sky: zenith value and Perez coefficients a .. e, which are
-/// linear in turbidity [Preetham1999], appendix A.2.
-struct PerezField {
-  double a, b, c, d, e, zenith;
+/// (1 - exp(-x)) / x, which is 1 at 0.
+double mean_attenuation(double x) { return std::fabs(x) < 1e-6 ? 1 - 0.5 * x : -std::expm1(-x) / x; }
 
-  double shape(double cos_zenith_angle, double sun_angle) const {
-    const double cosine = std::cos(sun_angle);
-    return (1 + a * std::exp(b / std::fmax(cos_zenith_angle, 1e-3))) *
-           (1 + c * std::exp(d * sun_angle) + e * cosine * cosine);
-  }
-};
-
-struct PreethamSky {
-  PerezField luminance, x, y;
-  double sun_polar;  // radians from the zenith
-
-  PreethamSky(double turbidity, double sun_polar_angle) : sun_polar(sun_polar_angle) {
-    const double t = turbidity, s = sun_polar_angle;
-    const double chi = (4.0 / 9 - t / 120) * (pi_d - 2 * s);
-    luminance = {0.1787 * t - 1.4630,  -0.3554 * t + 0.4275,
-                 -0.0227 * t + 5.3251, 0.1206 * t - 2.5771,
-                 -0.0670 * t + 0.3703, (4.0453 * t - 4.9710) * std::tan(chi) - 0.2155 * t + 2.4192};
-    x = {-0.0193 * t - 0.2592,
-         -0.0665 * t + 0.0008,
-         -0.0004 * t + 0.2125,
-         -0.0641 * t - 0.8989,
-         -0.0033 * t + 0.0452,
-         t * t * (((0.00166 * s - 0.00375) * s + 0.00209) * s) +
-             t * (((-0.02903 * s + 0.06377) * s - 0.03202) * s + 0.00394) +
-             (((0.11693 * s - 0.21196) * s + 0.06052) * s + 0.25886)};
-    y = {-0.0167 * t - 0.2608,
-         -0.0950 * t + 0.0092,
-         -0.0079 * t + 0.2102,
-         -0.0441 * t - 1.6537,
-         -0.0109 * t + 0.0529,
-         t * t * (((0.00275 * s - 0.00610) * s + 0.00317) * s) +
-             t * (((-0.04214 * s + 0.08970) * s - 0.04153) * s + 0.00516) +
-             (((0.15346 * s - 0.26756) * s + 0.06670) * s + 0.26688)};
+/// Sky of a plane, homogeneous atmosphere of air and haze under a sun of irradiance 1 outside it [BohrenClothiaux2006].
+/// Light scattered once is exact: along a line of sight of optical depth t m, sunlight arrives with exp(-t' m_sun), is
+/// scattered and attenuated. Light scattered more often, and from the ground, comes from a two-stream estimate
+/// of the mean radiance. So the zenith is blue (optically thin: light in proportion to the scattering) and the horizon
+/// pale (thick: all that can be scattered is).
+class Atmosphere {
+ public:
+  explicit Atmosphere(const SkySettings& settings) : sun_height_(std::sin(radians(settings.sun_elevation))) {
+    // Scattering optical depths at the dominant wavelengths of the Rec. 709 primaries: air, and haze after
+    // Angstrom [Preetham1999], appendix A.1.
+    const double micrometres[3] = {0.611, 0.549, 0.464};
+    const double haze = 0.04608 * settings.turbidity - 0.04586;
+    const double sun_mass = sun_air_mass(sun_height_);
+    for (int c = 0; c < 3; ++c) {
+      air_[c] = 0.008735 * std::pow(micrometres[c], -4.08);
+      haze_[c] = haze * std::pow(micrometres[c], -1.3);
+      sun_depth_[c] = (air_[c] + haze_[c]) * sun_mass;
+      const double arrives = std::exp(-sun_depth_[c]);
+      mean_radiance_[c] = sun_height_ / (2 * pi_d) * (1 - arrives + static_cast<double>(settings.ground[c]) * arrives);
+    }
   }
 
   Rgb radiance(double cos_zenith_angle, double sun_angle) const {
-    const auto value = [&](const PerezField& field) {
-      return field.zenith * field.shape(cos_zenith_angle, sun_angle) / field.shape(1, sun_polar);
-    };
-    return rgb_from_chromaticity(value(x), value(y), value(luminance));
+    // Seen through 5 air masses at the horizon, not 37: a horizon as bright as in nature would be white in pictures.
+    const double mass = 1.25 / (std::fmax(cos_zenith_angle, 0.0) + 0.25);
+    const double cosine = std::cos(sun_angle);
+    const double air_phase = 0.75 * (1 + cosine * cosine) / (4 * pi_d);
+    constexpr double g = 0.72;  // haze scatters forwards
+    const double haze_phase = (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5) / (4 * pi_d);
+    Rgb result;
+    for (int c = 0; c < 3; ++c) {
+      const double depth = (air_[c] + haze_[c]) * mass;
+      const double once = (air_[c] * air_phase + haze_[c] * haze_phase) * mass * std::exp(-sun_depth_[c]) *
+                          mean_attenuation(depth - sun_depth_[c]);
+      result[c] = static_cast<float>(once - mean_radiance_[c] * std::expm1(-depth));
+    }
+    return result;
   }
-};
 
-/// Colour of sunlight after the atmosphere, luminance 1: Rayleigh scattering and haze at the Rec. 709 primaries'
-/// dominant wavelengths [Preetham1999], appendix A.1.
-Rgb sun_colour(const SkySettings& settings) {
-  const double polar = radians(90 - settings.sun_elevation);
-  const double air_mass = 1 / (std::cos(polar) + 0.15 * std::pow(93.885 - (90.0 - settings.sun_elevation), -1.253));
-  const double haze = 0.04608 * settings.turbidity - 0.04586;
-  const double micrometres[3] = {0.611, 0.549, 0.464};
-  Rgb colour;
-  for (int c = 0; c < 3; ++c)
-    colour[c] = static_cast<float>(std::exp(-0.008735 * std::pow(micrometres[c], -4.08) * air_mass) *
-                                   std::exp(-haze * std::pow(micrometres[c], -1.3) * air_mass));
-  return colour * (1 / luminance(colour));
-}
+  /// Colour of sunlight on the ground, of luminance 1.
+  Rgb sun_colour() const {
+    Rgb colour;
+    for (int c = 0; c < 3; ++c) colour[c] = static_cast<float>(std::exp(-sun_depth_[c]));
+    return colour * (1 / luminance(colour));
+  }
+
+ private:
+  double sun_height_;
+  double air_[3], haze_[3], sun_depth_[3], mean_radiance_[3];
+};
 
 void check(const SkySettings& settings) {
   const auto require = [](bool good, const char* name, float value, const char* range) {
@@ -100,7 +91,7 @@ void check(const SkySettings& settings) {
           "0 or more");
   require(settings.sky_irradiance >= 0 && is_finite(settings.sky_irradiance), "sky_irradiance", settings.sky_irradiance,
           "0 or more");
-  require(settings.turbidity >= 2 && settings.turbidity <= 10, "turbidity", settings.turbidity, "within 2 and 10");
+  require(settings.turbidity >= 1 && settings.turbidity <= 10, "turbidity", settings.turbidity, "within 1 and 10");
   for (int c = 0; c < 3; ++c)
     require(settings.ground[c] >= 0 && settings.ground[c] <= 1, "ground", settings.ground[c], "within 0 and 1");
 }
@@ -143,17 +134,58 @@ double sun_profile(double angle, double radius) {
   return c * c;
 }
 
+/// The sky without sun, and the factors that bring both to the irradiances asked for. The factors differ by channel:
+/// they balance white, as a camera does, most of the way, so that a white floor under sun and sky is hardly tinted and
+/// the sky keeps its blue.
+struct Balance {
+  Rgb sky, sun;
+};
+
+Balance balance_white(const SkySettings& settings, Rgb sky_irradiance, Rgb sun_colour, float sun_height) {
+  const float brightness = settings.sky_irradiance / luminance(sky_irradiance);
+  const Rgb total = sky_irradiance * brightness + sun_colour * (settings.sun_irradiance * sun_height);
+  const float level = luminance(total);
+  Rgb gain{1, 1, 1};
+  for (int c = 0; c < 3; ++c)
+    if (total[c] > 0) gain[c] = std::pow(level / total[c], 0.5f);
+  // Balancing must not change the brightness of either.
+  Balance result;
+  result.sky = gain * (settings.sky_irradiance / luminance(sky_irradiance * gain));
+  result.sun = sun_colour * gain * (settings.sun_irradiance / luminance(sun_colour * gain));
+  return result;
+}
+
 /// Replaces what is below the horizon by ground lit by sky and sun, with a haze that hides the horizon's line.
-void paint_ground(Canvas& canvas, const SkySettings& settings, const PreethamSky& sky, float sky_scale, Vec3 sun) {
-  const float sun_share = settings.sun_irradiance * max_of(sun.y, 0.0f);
-  const Rgb lit = settings.ground * (sun_colour(settings) * sun_share + grey(settings.sky_irradiance)) * inv_pi;
+void paint_ground(Canvas& canvas, const SkySettings& settings, const Atmosphere& atmosphere, Rgb sky_scale, Vec3 sun) {
+  const float lit = (settings.sky_irradiance + settings.sun_irradiance * max_of(sun.y, 0.0f)) * inv_pi;
   canvas.for_each([&](Vec3 d, Rgb& pixel, double) {
     if (d.y >= 0) return;
     const Vec3 level = normalize(Vec3{d.x, 0, d.z});
-    const Rgb horizon = sky.radiance(0, angle_between(level, sun)) * sky_scale;
-    const float ground_share = static_cast<float>(smooth_step(0, radians(8), std::asin(-static_cast<double>(d.y))));
-    pixel = horizon * (1 - ground_share) + lit * ground_share;
+    const Rgb horizon = atmosphere.radiance(0, angle_between(level, sun)) * sky_scale;
+    const float ground_share = static_cast<float>(smooth_step(0, radians(12), std::asin(-static_cast<double>(d.y))));
+    pixel = horizon * (1 - ground_share) + settings.ground * (lit * ground_share);
   });
+}
+
+/// Everything about a sky but its pixels.
+struct SkyPlan {
+  Vec3 sun;
+  Atmosphere atmosphere;
+  Balance balance;
+};
+
+SkyPlan plan_sky(const SkySettings& settings) {
+  check(settings);
+  SkyPlan plan{sun_direction(settings, UpAxis::y), Atmosphere(settings), {}};
+  // The sky is smooth: a coarse grid integrates it.
+  Rgb irradiance;
+  Canvas coarse(128, 64);
+  coarse.for_each([&](Vec3 d, Rgb&, double solid_angle) {
+    if (d.y > 0)
+      irradiance += plan.atmosphere.radiance(d.y, angle_between(d, plan.sun)) * static_cast<float>(d.y * solid_angle);
+  });
+  plan.balance = balance_white(settings, irradiance, plan.atmosphere.sun_colour(), plan.sun.y);
+  return plan;
 }
 
 }  // namespace
@@ -169,39 +201,30 @@ Vec3 sun_direction(const SkySettings& settings, UpAxis up) {
 Rgb sun_radiance(const SkySettings& settings) {
   // Irradiance of a uniform disk of half angle h on a plane that faces it: pi sin^2(h) L.
   const double sine = std::sin(0.5 * radians(settings.sun_diameter));
-  return sun_colour(settings) * static_cast<float>(settings.sun_irradiance / (pi_d * sine * sine));
+  return plan_sky(settings).balance.sun * static_cast<float>(1 / (pi_d * sine * sine));
 }
 
 EnvironmentImage make_sky(const SkySettings& settings, int width, int height, bool include_sun) {
-  check(settings);
+  const SkyPlan plan = plan_sky(settings);
   if (include_sun && settings.sun_diameter * static_cast<float>(height) < 4 * 180.0f)
     throw Error("sky: a sun of " + std::to_string(settings.sun_diameter) + " degrees is too small for an image of " +
                 std::to_string(height) + " rows; use a distant light for it");
-  const Vec3 sun = sun_direction(settings, UpAxis::y);
-  const PreethamSky sky(settings.turbidity, radians(90 - settings.sun_elevation));
   const double sun_radius = 0.5 * radians(settings.sun_diameter);
 
-  // The sky in the model's own units, and how much it and the sun's profile bring to a plane.
   Canvas canvas(width, height);
-  double sky_irradiance = 0, profile_irradiance = 0;
+  double profile_irradiance = 0;
   canvas.for_each([&](Vec3 d, Rgb& pixel, double solid_angle) {
-    if (d.y < 0) return;
-    const double sun_angle = angle_between(d, sun);
-    pixel = sky.radiance(d.y, sun_angle);
-    sky_irradiance += luminance(pixel) * d.y * solid_angle;
+    const double sun_angle = angle_between(d, plan.sun);
     profile_irradiance += sun_profile(sun_angle, sun_radius) * std::cos(sun_angle) * solid_angle;
+    if (d.y >= 0) pixel = plan.atmosphere.radiance(d.y, sun_angle) * plan.balance.sky;
   });
-  const auto sky_scale = static_cast<float>(sky_irradiance > 0 ? settings.sky_irradiance / sky_irradiance : 0);
-  const auto sun_scale =
-      static_cast<float>(include_sun && profile_irradiance > 0 ? settings.sun_irradiance / profile_irradiance : 0);
-
-  const Rgb colour = sun_colour(settings);
-  canvas.for_each([&](Vec3 d, Rgb& pixel, double) {
-    if (d.y < 0) return;
-    const auto profile = static_cast<float>(sun_profile(angle_between(d, sun), sun_radius));
-    pixel = pixel * sky_scale + colour * (sun_scale * profile);
-  });
-  paint_ground(canvas, settings, sky, sky_scale, sun);
+  paint_ground(canvas, settings, plan.atmosphere, plan.balance.sky, plan.sun);
+  if (include_sun && profile_irradiance > 0) {
+    const Rgb peak = plan.balance.sun * static_cast<float>(1 / profile_irradiance);
+    canvas.for_each([&](Vec3 d, Rgb& pixel, double) {
+      if (d.y >= 0) pixel += peak * static_cast<float>(sun_profile(angle_between(d, plan.sun), sun_radius));
+    });
+  }
   return {width, height, std::move(canvas.rgb)};
 }
 

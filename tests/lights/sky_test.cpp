@@ -14,7 +14,7 @@ constexpr double pi_d = 3.14159265358979323846;
 /// Irradiance (luminance) on a plane facing `normal`, by quadrature through the look-up.
 double irradiance(const Environment& env, Vec3 normal) {
   double sum = 0;
-  constexpr int rows = 512, columns = 1024;
+  constexpr int rows = 256, columns = 512;
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < columns; ++j) {
       const double polar = pi_d * (i + 0.5) / rows, a = 2 * pi_d * (j + 0.5) / columns;
@@ -28,7 +28,7 @@ double irradiance(const Environment& env, Vec3 normal) {
 
 TEST(Sky, HasTheIrradianceThatIsAskedFor) {
   SkySettings settings;
-  const EnvironmentImage image = make_sky(settings), without_sun = make_sky(settings, 1024, 512, false);
+  const EnvironmentImage image = make_sky(settings, 512, 256), without_sun = make_sky(settings, 512, 256, false);
   const Vec3 sun = sun_direction(settings, UpAxis::y);
   const double sky = irradiance(without_sun.view(UpAxis::y), {0, 1, 0});
   EXPECT_NEAR(sky, settings.sky_irradiance, 0.01);
@@ -39,7 +39,7 @@ TEST(Sky, HasTheIrradianceThatIsAskedFor) {
 
 TEST(Sky, LooksLikeASky) {
   const SkySettings settings;
-  const EnvironmentImage image = make_sky(settings);
+  const EnvironmentImage image = make_sky(settings, 512, 256);
   const Environment env = image.view(UpAxis::y);
   EXPECT_EQ(image.bad_values(), 0);
   for (const float v : image.rgb()) ASSERT_GE(v, 0);
@@ -48,8 +48,7 @@ TEST(Sky, LooksLikeASky) {
   const Vec3 away = normalize(Vec3{-sun.x, 0.05f, -sun.z});
   const Rgb horizon = environment_radiance(env, away);
   EXPECT_GT(luminance(horizon), 1.5f * luminance(zenith));  // air mass brightens the horizon
-  EXPECT_GT(zenith.b / zenith.r, 1.5f * horizon.b / horizon.r);
-  EXPECT_GT(zenith.b, zenith.r);
+  EXPECT_GT(zenith.b, 1.5f * zenith.r);                     // blue
   const Rgb at_sun = environment_radiance(env, sun);
   EXPECT_GT(luminance(at_sun), 10 * luminance(horizon));
   EXPECT_GT(at_sun.r, at_sun.b);  // warm
@@ -62,7 +61,7 @@ TEST(Sky, LooksLikeASky) {
 // No light smaller than 5 degrees by default: the sun is at half its peak 2.5 degrees off its middle at least.
 TEST(Sky, DefaultSunIsWide) {
   const SkySettings settings;
-  const EnvironmentImage image = make_sky(settings);
+  const EnvironmentImage image = make_sky(settings, 512, 256);
   const Environment env = image.view(UpAxis::y);
   const Vec3 sun = sun_direction(settings, UpAxis::y);
   const Frame frame(sun);
@@ -82,7 +81,7 @@ TEST(Sky, SunStandsWhereItIsPut) {
   EXPECT_LT(length(sun_direction(settings, UpAxis::y) - Vec3{0, 0.5f, half_root_3}), 1e-6);
   EXPECT_LT(length(sun_direction(settings, UpAxis::z) - Vec3{0, -half_root_3, 0.5f}), 1e-6);
   // And the brightest pixel is there.
-  const EnvironmentImage image = make_sky(settings);
+  const EnvironmentImage image = make_sky(settings, 512, 256);
   for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
     const Environment env = image.view(up);
     float brightest = 0;
@@ -110,7 +109,7 @@ TEST(Sky, SmallSunIsADistantLight) {
 
 TEST(Sky, WorksOverItsWholeRange) {
   for (const float elevation : {0.0f, 5.0f, 45.0f, 90.0f})
-    for (const float turbidity : {2.0f, 6.0f, 10.0f}) {
+    for (const float turbidity : {1.0f, 2.0f, 6.0f, 10.0f}) {
       SkySettings settings;
       settings.sun_elevation = elevation;
       settings.turbidity = turbidity;
@@ -127,7 +126,7 @@ TEST(Sky, RefusesWhatMakesNoSense) {
     change(settings);
     EXPECT_THROW(make_sky(settings, 128, 64), Error);
   };
-  refuses([](SkySettings& s) { s.turbidity = 1; });
+  refuses([](SkySettings& s) { s.turbidity = 0.9f; });
   refuses([](SkySettings& s) { s.sun_elevation = -1; });
   refuses([](SkySettings& s) { s.sun_diameter = 0; });
   refuses([](SkySettings& s) { s.sun_irradiance = std::nanf(""); });
@@ -135,7 +134,7 @@ TEST(Sky, RefusesWhatMakesNoSense) {
 }
 
 TEST(Studio, LightsAWhiteFloorToNineTenths) {
-  const EnvironmentImage image = make_studio();
+  const EnvironmentImage image = make_studio(512, 256);
   EXPECT_EQ(image.bad_values(), 0);
   EXPECT_NEAR(irradiance(image.view(UpAxis::y), {0, 1, 0}) / pi_d, 0.9, 0.01);
 }
