@@ -6,7 +6,7 @@ namespace embrun {
 
 /// Absorption of clear water per metre for the red, green and blue channel: the measured absorption of pure water at
 /// the tabulated wavelengths (610, 550 and 465 nm) nearest to the dominant wavelengths of the Rec. 709 primaries
-/// (611, 549 and 464 nm) [PopeFry1997], table 3. Three samples of a steep spectrum rather than a fit to it: metres of
+/// (611, 549 and 464 nm) [PopeFry1997]. Three samples of a steep spectrum rather than a fit to it: metres of
 /// water come out right, tens of metres only roughly.
 inline constexpr Rgb clear_water_absorption{0.2644f, 0.0565f, 0.0101f};
 
