@@ -39,8 +39,7 @@ struct FieldSums {
 
 inline constexpr int lattice_side = 8;
 
-/// The version for the best instruction set of this machine, or for the one that the environment variable
-/// EMBRUN_ISA names (baseline, avx2, avx512) where the machine has it.
+/// The version for base/instruction_set.h's choice.
 const FieldSums& field_sums();
 
 extern const FieldSums field_sums_baseline, field_sums_avx2, field_sums_avx512;

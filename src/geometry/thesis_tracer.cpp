@@ -212,7 +212,8 @@ bool ThesisSurface::intersect(const Ray& ray, Side side, SurfaceHit& hit) const 
   bool started = false;
   const auto march_to = [&](float t, float& t_hit) {
     // From the last stop on: spheres entered by t, less those left by then.
-    while (next_chord < chords.size() && chords[next_chord].enter <= t) felt.push_back(static_cast<std::uint32_t>(next_chord++));
+    while (next_chord < chords.size() && chords[next_chord].enter <= t)
+      felt.push_back(static_cast<std::uint32_t>(next_chord++));
     std::erase_if(felt, [&](std::uint32_t c) { return chords[c].exit < last_t; });
     static thread_local std::vector<std::uint32_t> particles;
     particles.clear();

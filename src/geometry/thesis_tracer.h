@@ -54,8 +54,8 @@ class ThesisSurface {
 
   SurfaceModel model_;
   std::vector<Particle> particles_;
-  Vec3 low_, high_;       // of all supports
-  float cell_size_ = 0;   // 2 R1
+  Vec3 low_, high_;      // of all supports
+  float cell_size_ = 0;  // 2 R1
   int cells_[3] = {};
   std::vector<std::uint32_t> cell_starts_, cell_particles_;
 };

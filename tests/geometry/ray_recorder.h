@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "geometry/surface_hit.h"
+#include "math/ray.h"
+
+namespace embrun::test {
+
+/// What a ray has done before: it comes from the camera, or left the surface to the outside or the inside.
+enum class RayClass { camera, outside, inside };
+inline constexpr int ray_class_count = 3;
+std::string_view name_of(RayClass ray_class);
+
+struct TestRay {
+  Ray ray;
+  Side side = Side::unknown;
+};
+
+using Intersector = std::function<bool(const Ray&, Side, SurfaceHit&)>;
+
+/// Rays of each class, as a path tracer of the bare body (glass 1.33 in air) traces them.
+struct RecordedRays {
+  std::array<std::vector<TestRay>, ray_class_count> rays;
+
+  std::vector<TestRay>& of(RayClass c) { return rays[static_cast<std::size_t>(c)]; }
+  const std::vector<TestRay>& of(RayClass c) const { return rays[static_cast<std::size_t>(c)]; }
+};
+
+/// Renders two views of the box, four paths a pixel: each path is reflected or refracted as the Fresnel term draws it,
+/// by the shading normal but on the side of the geometric one, at most 8 times. `count` rays of each class are kept,
+/// drawn evenly from all that were traced (with fewer than that, all).
+RecordedRays record_render(const Intersector& intersect, const Box3& box, std::size_t count, std::uint32_t seed);
+
+/// A small keyed generator: uniform in [0, 1).
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15ull + 0x632be59bd9b4e019ull) {}
+  double next() {
+    state_ += 0x9e3779b97f4a7c15ull;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  }
+  float uniform(double low, double high) { return static_cast<float>(low + (high - low) * next()); }
+  Vec3 direction();
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace embrun::test

@@ -1,0 +1,48 @@
+#include "geometry/tracers.h"
+
+#include "base/error.h"
+#include "geometry/thesis_tracer.h"
+
+namespace embrun::test {
+
+bool trace_baseline(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
+bool trace_avx2(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
+bool trace_avx512(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
+
+std::vector<std::string> available_isas() {
+  // The whole of x86-64-v3 and v4, as the compiler may use all of it.
+  std::vector<std::string> isas{"baseline"};
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+      __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("lzcnt") && __builtin_cpu_supports("movbe") &&
+      __builtin_cpu_supports("f16c")) {
+    isas.push_back("avx2");
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+      isas.push_back("avx512");
+    }
+  }
+  return isas;
+}
+
+TraceFunction trace_function(const std::string& isa) {
+  for (const std::string& available : available_isas()) {
+    if (available == isa) return isa == "baseline" ? trace_baseline : isa == "avx2" ? trace_avx2 : trace_avx512;
+  }
+  throw Error("instruction set " + isa + " is not there");
+}
+
+Tracer make_tracer(const std::string& method, const std::string& isa, std::span<const Vec3> positions,
+                   std::span<const float> radii, const SurfaceSettings& settings) {
+  if (method == "thesis") {
+    auto surface = std::make_shared<ThesisSurface>(positions, radii, settings);
+    const ThesisSurface& s = *surface;
+    return {surface, [&s](const Ray& ray, Side side, SurfaceHit& hit) { return s.intersect(ray, side, hit); }};
+  }
+  if (method != "fast") throw Error("method " + method + " is not fast or thesis");
+  const TraceFunction trace = trace_function(isa.empty() ? available_isas().back() : isa);
+  auto surface = std::make_shared<ImplicitSurface>(build_implicit_surface(positions, radii, settings));
+  const ImplicitSurfaceView& view = surface->view();
+  return {surface, [&view, trace](const Ray& ray, Side side, SurfaceHit& hit) { return trace(view, ray, side, hit); }};
+}
+
+}  // namespace embrun::test

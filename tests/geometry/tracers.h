@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geometry/implicit_surface.h"
+#include "geometry/ray_recorder.h"
+#include "geometry/surface_hit.h"
+
+namespace embrun::test {
+
+/// A surface tracer and what it owns.
+struct Tracer {
+  std::shared_ptr<const void> owned;
+  Intersector intersect;
+};
+
+/// `method`: "fast" or "thesis"; `isa`: of the fast one, "baseline", "avx2", "avx512", or empty for the best there is.
+/// Throws Error for what this machine lacks.
+Tracer make_tracer(const std::string& method, const std::string& isa, std::span<const Vec3> positions,
+                   std::span<const float> radii, const SurfaceSettings& settings);
+
+/// The instruction sets that this machine has, worst first.
+std::vector<std::string> available_isas();
+
+using TraceFunction = bool (*)(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
+/// The fast tracer compiled for that instruction set.
+TraceFunction trace_function(const std::string& isa);
+
+}  // namespace embrun::test
