@@ -167,18 +167,21 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
   return {{sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)}, {sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)}};
 }
 
-/// The part of a line where the recovered field can be felt, the most it can be there, and where the first of the
-/// balls would be hit that the particles are when alone.
+/// The recovered field along a line, seen from the particles one by one.
 struct RecoveredSpan {
-  float begin, end, most, ball;
+  float begin, end;             ///< where it can be felt
+  float most;                   ///< bound on D'/T'
+  float densest;                ///< where the particles are nearest, by weight
+  float ball_entry, ball_exit;  ///< of the balls that they are when alone; infinite or minus infinite if all are missed
 };
 
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d) {
   constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
-  const F16 far_away = splat(1e30f), zero = splat(0.0f), edge = splat(support * support);
-  F16 begin = far_away, end = zero - far_away, most = zero, ball = far_away;
+  const F16 nowhere = splat(infinity), before = splat(-infinity), zero = splat(0.0f);
+  const F16 edge = splat(support * support), ball = splat(0.25f);
+  F16 begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;
   for (std::uint32_t i = 0; i < cell.recovered_blocks; ++i) {
     const ParticleLanes p = load_block<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
@@ -188,14 +191,19 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
     const F16 chord = max_of(edge - beside, splat(1e-12f));
     const F16 half = chord * rsqrt_of(chord);
     // A lone particle's ball has half its influence radius.
-    const F16 ball_chord = max_of(0.25f - beside, splat(1e-12f));
+    const F16 ball_chord = max_of(ball - beside, splat(1e-12f));
     const F16 ball_half = ball_chord * rsqrt_of(ball_chord);
-    begin = min_of(begin, select_less(beside, edge, (ahead - half) * radius, far_away));
-    end = max_of(end, select_less(beside, edge, (ahead + half) * radius, zero - far_away));
-    ball = min_of(ball, select_less(beside, edge, (ahead - ball_half) * radius, far_away));
-    most += KernelLanes<kernel>::value(beside) * p.weight;
+    begin = min_of(begin, select_less(beside, edge, (ahead - half) * radius, nowhere));
+    end = max_of(end, select_less(beside, edge, (ahead + half) * radius, before));
+    entry = min_of(entry, select_less(beside, ball, (ahead - ball_half) * radius, nowhere));
+    exit = max_of(exit, select_less(beside, ball, (ahead + ball_half) * radius, before));
+    const F16 share = KernelLanes<kernel>::value(beside) * p.weight;
+    most += share;
+    moment += share * ahead * radius;
   }
-  return {min_lane(begin), max_lane(end), sum_lanes(most) * s.recovered_inverse_threshold, min_lane(ball)};
+  const float total = sum_lanes(most);
+  return {min_lane(begin),  max_lane(end),   total * s.recovered_inverse_threshold,
+          sum_lanes(moment) / max_of(total, 1e-12f), min_lane(entry), max_lane(exit)};
 }
 
 }  // namespace embrun

@@ -63,23 +63,27 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
 }
 
 /// First t in [low, high] at which F = sign * g reaches 0 from below, g the field of one branch. `origin` is relative
-/// to the cell's centre. `guess` is where to look first. With `starts_on_surface` F may be a rounding error above 0 at
-/// `low`.
+/// to the cell's centre; F <= model + slack. `guess` is where to look first; but a ray that starts on the surface is
+/// looked at there before (F may be a rounding error above 0), and with `at_low` the field at `low` is known.
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
                                     float sign, const Parabola& model, float slack, float low, float high, float guess,
-                                    bool starts_on_surface, float& t_hit) {
+                                    bool starts_on_surface, const FieldOnLine* at_low, float& t_hit) {
   float sure = infinity;  // F has reached 0 by here
-  float t = starts_on_surface ? low : guess;
+  float t = starts_on_surface || at_low != nullptr ? low : guess;
   float last_width = infinity;
   for (int i = 0; i < 200; ++i) {
-    // The cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
     const Vec3 y = origin + direction * t;
     const float end = min_of(high, sure);
-    const FieldOnLine g =
-        i == 0 ? field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f, 0.0f)
-               : field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t,
-                                                                                end - t);
+    FieldOnLine g;
+    if (i == 0 && at_low != nullptr) {
+      g = *at_low;
+    } else if (branch == SurfaceBranch::main && i == 0) {
+      // The cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
+      g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f, 0.0f);
+    } else {
+      g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, end - t);
+    }
     const float value = sign * g.value;
     const float slope = sign * g.slope;
     const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
@@ -143,8 +147,16 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       last_width = width;
     } else {
       if (!first_possible(model, slack, low, high)) return false;
-      // Evaluating at `low` always moves it on; Newton's point does when the free interval reaches back to it.
-      t = !gap && newton > low && newton <= high ? newton : low;
+      // Evaluating at `low` always moves it on; a likelier place does when its free interval reaches back to it.
+      if (gap) {
+        t = low;
+      } else if (newton > low && newton <= high) {
+        t = newton;
+      } else if (branch == SurfaceBranch::main) {
+        t = likely_crossing(model, low, high);
+      } else {
+        t = guess > low && guess <= high ? guess : low;
+      }
     }
   }
   // Hundreds of near-tangencies in one cell: take the last one as a touch that is no crossing.
@@ -180,26 +192,26 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   if (!first_possible(model, slack, low, high)) return false;
   const float guess = likely_crossing(model, low, high);
   return first_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, sign, model, slack, low,
-                                                                  high, guess, starts_on_surface, t);
+                                                                  high, guess, starts_on_surface, nullptr, t);
 }
 
-/// The same for the recovered particles' field, which has no model.
+/// The same for the recovered particles' field, which has no model. `at_low`: the field at `low`, or null.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin,
                                         Vec3 direction, float sign, float low, float high, bool starts_on_surface,
-                                        float& t) {
-  float guess = low;
+                                        const FieldOnLine* at_low, float& t) {
+  const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
+  float guess = span.ball_exit;
   if (sign > 0.0f) {
-    const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
     if (span.most < 0.9999f) return false;
     low = max_of(low, span.begin);
     high = min_of(high, span.end);
     if (low > high) return false;
-    guess = clamp(span.ball, low, high);
+    guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
   }
   const Parabola none{0.0f, 0.0f, 0.0f};
-  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, sign, none, 1.0f,
-                                                                       low, high, guess, starts_on_surface, t);
+  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(
+      s, cell, origin, direction, sign, none, 1.0f, low, high, guess, starts_on_surface, at_low, t);
 }
 
 /// First crossing of the union's surface within [low, high] of one near cell.
@@ -217,7 +229,8 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       high = hit.t;
     }
     float t;
-    if (has_recovered && recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface, t)) {
+    if (has_recovered && recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface,
+                                                                 nullptr, t)) {
       hit = {t, SurfaceBranch::recovered};
       found = true;
     }
@@ -241,7 +254,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     const bool on_its_surface = fabsf(r.value) < rounding_on_surface;
     if (r.value <= 0.0f && !(at_start && on_its_surface && r.slope > 0.0f)) return true;
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
-                                                 on_its_surface && r.slope > 0.0f, t)) {
+                                                 on_its_surface && r.slope > 0.0f, &r, t)) {
       return false;
     }
     hit = {t, SurfaceBranch::recovered};
