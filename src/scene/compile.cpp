@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
+#include "scene/wall_contact.h"
 
 namespace embrun {
 namespace {
@@ -202,12 +205,18 @@ class Compiler {
   }
 
   void add(const FluidDescription& fluid) {
+    WettedParticles wetted;
+    const bool wets = fluid.container && fluid.wets_container;
+    if (wets) wetted = wet_walls(fluid);
+    const std::vector<Vec3d>& world = wets ? wetted.positions : fluid.positions;
+    const std::vector<float>& radii = wets ? wetted.radii : fluid.radii;
+
     Bounds own;
-    for (const Vec3d& p : fluid.positions) own.include(p);
+    for (const Vec3d& p : world) own.include(p);
     const Vec3d center = own_center(fluid.placement, own);
     std::vector<Vec3> positions;
-    positions.reserve(fluid.positions.size());
-    for (const Vec3d& p : fluid.positions) positions.push_back(to_float(p - center));
+    positions.reserve(world.size());
+    for (const Vec3d& p : world) positions.push_back(to_float(p - center));
 
     FluidGeometry geometry;
     if (fluid.container) {
@@ -215,8 +224,13 @@ class Compiler {
       const Box3d box = without_contact(*fluid.container, fluid);
       geometry.clip = {to_float(box.low - center), to_float(box.high - center)};
     }
-    flat_.surfaces.push_back(build_implicit_surface(positions, fluid.radii, fluid.surface));
-    geometry.surface = flat_.surfaces.back().view();
+    if (fluid.method == SurfaceMethod::thesis) {
+      flat_.thesis_surfaces.push_back(std::make_unique<ThesisSurface>(positions, radii, fluid.surface));
+      geometry.thesis = flat_.thesis_surfaces.back().get();
+    } else {
+      flat_.surfaces.push_back(build_implicit_surface(positions, radii, fluid.surface));
+      geometry.surface = flat_.surfaces.back().view();
+    }
     flat_.fluids.push_back(geometry);
     if (flat_.fluids.size() > static_cast<std::size_t>(max_fluids))
       throw Error(fmt::format("{} fluids: at most {} can be told apart", scene_.fluids.size(), max_fluids));

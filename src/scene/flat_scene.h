@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "camera/camera.h"
@@ -8,6 +9,7 @@
 #include "geometry/box.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
+#include "geometry/thesis_tracer.h"
 #include "lights/light_set_builder.h"
 #include "materials/material.h"
 #include "math/transform.h"
@@ -33,7 +35,8 @@ struct Instance {
 
 /// A fluid's surface and the box that ends it (if any), in the fluid's own space.
 struct FluidGeometry {
-  ImplicitSurfaceView surface;
+  ImplicitSurfaceView surface{};
+  const ThesisSurface* thesis = nullptr;  ///< takes the surface's place where the description asks for it; host only
   bool clipped = false;
   Box3 clip;
 };
@@ -78,6 +81,7 @@ struct FlatScene {
   Box3 bounds;       ///< of everything finite; never empty
   std::vector<Instance> instances;
   std::vector<ImplicitSurface> surfaces;  ///< owners of what `fluids` view
+  std::vector<std::unique_ptr<ThesisSurface>> thesis_surfaces;
   std::vector<FluidGeometry> fluids;
   std::vector<BallRange> ball_ranges;
   std::vector<Ball> balls;

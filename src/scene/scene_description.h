@@ -69,14 +69,21 @@ inline MaterialDescription dielectric_material(double ior, Rgb absorption = {}, 
   return material;
 }
 
+/// Who finds a fluid's surface along a ray: Embrun's own way, or the thesis's, kept as a baseline (very slow).
+enum class SurfaceMethod { fast, thesis };
+
 /// The continuous surface of a fluid's particles.
 struct FluidDescription {
   std::vector<Vec3d> positions;
   std::vector<float> radii;  ///< one per particle, or empty: `surface.radius` for all
   SurfaceSettings surface;
+  SurfaceMethod method = SurfaceMethod::fast;
   MaterialDescription material = dielectric_material(1.33);
   /// The fluid ends at this box, with a flat face wherever it reaches it.
   std::optional<Box3d> container;
+  /// Fluid that lies at a face of the container wets it: solvers keep particles up to two radii from a wall, and the
+  /// gap is closed by mirror images of the particles behind the face.
+  bool wets_container = true;
   Placement placement;
 };
 

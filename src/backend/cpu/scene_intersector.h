@@ -12,21 +12,24 @@ namespace embrun {
 
 /// The fluid of a FluidGeometry as intersect_clipped wants it.
 struct FluidBody {
-  const ImplicitSurfaceView& surface;
+  const FluidGeometry& fluid;
 
   EMBRUN_FN bool intersect(const Ray& ray, Side side, SurfaceHit& hit) const {
-    return intersect_implicit_surface(surface, ray, side, hit);
+    if (fluid.thesis != nullptr) return fluid.thesis->intersect(ray, side, hit);
+    return intersect_implicit_surface(fluid.surface, ray, side, hit);
   }
-  EMBRUN_FN bool contains(Vec3 point) const { return implicit_surface_contains(surface, point); }
+  EMBRUN_FN bool contains(Vec3 point) const {
+    return fluid.thesis != nullptr ? fluid.thesis->contains(point) : implicit_surface_contains(fluid.surface, point);
+  }
 };
 
 EMBRUN_LOCAL_FN bool intersect_fluid(const FluidGeometry& fluid, const Ray& ray, Side side, SurfaceHit& hit) {
-  const FluidBody body{fluid.surface};
+  const FluidBody body{fluid};
   return fluid.clipped ? intersect_clipped(body, fluid.clip, ray, side, hit) : body.intersect(ray, side, hit);
 }
 
 EMBRUN_LOCAL_FN bool fluid_contains(const FluidGeometry& fluid, Vec3 point) {
-  return !(fluid.clipped && !fluid.clip.contains(point)) && implicit_surface_contains(fluid.surface, point);
+  return !(fluid.clipped && !fluid.clip.contains(point)) && FluidBody{fluid}.contains(point);
 }
 
 /// Whether the ray comes near enough to a box within its extent to have to look into it.

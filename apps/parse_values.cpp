@@ -1,0 +1,54 @@
+#include "parse_values.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace embrun {
+namespace {
+
+[[noreturn]] void refuse(const std::string& option, const std::string& text, const std::string& wanted) {
+  throw UsageError(option + ": \"" + text + "\" is not " + wanted);
+}
+
+}  // namespace
+
+void parse_numbers(const std::string& option, const std::string& text, const char* form, double* values, int count) {
+  const std::string wanted = std::to_string(count) + " finite numbers " + form;
+  const char* at = text.c_str();
+  for (int i = 0; i < count; ++i) {
+    char* end = nullptr;
+    values[i] = std::strtod(at, &end);
+    const char expected = i + 1 < count ? ',' : '\0';
+    if (end == at || *end != expected || !std::isfinite(values[i])) refuse(option, text, wanted);
+    at = end + 1;
+  }
+}
+
+int as_integer(const std::string& option, double value) {
+  if (value != std::floor(value) || std::abs(value) > 1e9)
+    throw UsageError(option + ": " + std::to_string(value) + " is not a whole number");
+  return static_cast<int>(value);
+}
+
+std::array<int, 2> parse_size(const std::string& option, const std::string& text) {
+  const std::size_t cross = text.find('x');
+  const auto side = [&](const std::string& digits) {
+    char* end = nullptr;
+    const long value = std::strtol(digits.c_str(), &end, 10);
+    if (digits.empty() || *end != '\0' || value < 1 || value > 65536)
+      refuse(option, text, "a size WxH of 1 to 65536 pixels each, such as 1280x720");
+    return static_cast<int>(value);
+  };
+  if (cross == std::string::npos) refuse(option, text, "a size WxH, such as 1280x720");
+  return {side(text.substr(0, cross)), side(text.substr(cross + 1))};
+}
+
+int parse_refractions(const std::string& option, const std::string& text) {
+  if (text == "all") return -1;
+  char* end = nullptr;
+  const long value = std::strtol(text.c_str(), &end, 10);
+  if (text.empty() || *end != '\0' || value < 1 || value > 65535) refuse(option, text, "1, 2, ... or all");
+  return static_cast<int>(value);
+}
+
+}  // namespace embrun

@@ -1,0 +1,221 @@
+#include <embrun/embrun.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "parse_values.h"
+#include "progress_display.h"
+
+namespace embrun {
+namespace {
+
+/// The command line as text; what is empty was not given.
+struct RenderArguments {
+  RenderOptions options;
+  std::string input, output, report;
+  std::string size, crop, refractions = "all", camera_from, camera_to, absorption, container;
+  bool quiet = false;
+};
+
+// ---- options -----------------------------------------------------------------------------------------------------
+
+void add_picture_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "The picture";
+  c.add_option("-o,--output", a.output, "picture to write: .png, .exr, .pfm or .hdr")->required()->group(group);
+  c.add_option("--size", a.size, "WxH in pixels")->default_str("1280x720")->group(group);
+  c.add_option("--crop", a.crop, "x,y,w,h: render this part of the picture only (from the top left corner)")->group(group);
+  c.add_option("--spp", o.samples, "samples per pixel: four times as many halve the noise")->capture_default_str()->group(group);
+  c.add_option("--seed", o.seed, "another one gives another noise; the same one the same bits")->capture_default_str()->group(group);
+  c.add_option("--layer", o.layer,
+               "what a format with one layer gets: beauty, albedo, normal, depth (metres along the camera ray, infinite where "
+               "nothing is), samples, variance. EXR gets all")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--exposure", o.exposure, "of PNG, in stops: 1 doubles")->capture_default_str()->group(group);
+  c.add_option("--tone", o.tone, "tone curve of PNG: filmic (rolls off up to radiance 10), srgb (clips at 1)")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--filter", o.filter, "of a pixel: box, tent, gaussian, blackman-harris")->capture_default_str()->group(group);
+  c.add_flag("--denoise", o.denoise, "filter the noise, guided by albedo, normal, depth and variance")->group(group);
+}
+
+void add_camera_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "The camera";
+  c.add_option("--view", o.view, "framed on the particles: front, side, top, three-quarter")->capture_default_str()->group(group);
+  c.add_option("--camera-from", a.camera_from, "x,y,z: where the camera is, in place of a view")->group(group);
+  c.add_option("--camera-to", a.camera_to, "x,y,z: what it looks at (default: the middle of the particles)")->group(group);
+  c.add_option("--fov", o.fov, "vertical field of view in degrees")->default_str("35")->group(group);
+  c.add_option("--up", o.up, "the axis that points up: y, z")->capture_default_str()->group(group);
+}
+
+void add_surface_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "The surface";
+  c.add_option("--radius", o.radius, "particle radius in metres")->default_str("the file's, else half the rest spacing")->group(group);
+  c.add_option("--order", o.order, "neighbourhood order n: a particle is felt to 2 n radii. Higher is smoother, and slower")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--kernel", o.kernel, "metaball, zhu-bridson, blinn")->capture_default_str()->group(group);
+  c.add_option("--threshold", o.threshold,
+               "of the field at the surface: auto (half the field inside), thesis (2n-1), or a number")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--recover", o.recover,
+               "lone particles that the field loses come back as balls: smooth (no popping), thesis (by a hard rule), off")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--normal", o.normal, "weighted (smoother), gradient (of the field)")->capture_default_str()->group(group);
+  c.add_option("--method", o.method, "fast, thesis (the original tracer, a baseline: hundreds of times slower)")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_scene_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "Water and surroundings";
+  c.add_option("--ior", o.ior, "refractive index of the fluid")->capture_default_str()->group(group);
+  c.add_option("--absorption", a.absorption, "r,g,b per metre")->default_str("clear water")->group(group);
+  c.add_option("--env", o.environment, "light all round: sky, studio, white (radiance 1), or a lat-long EXR or HDR file")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--floor", o.floor, "none, plain, checker")->capture_default_str()->group(group);
+  c.add_option("--floor-height", o.floor_height, "in metres along the up axis")
+      ->default_str("cuts through the lowest layer of particles")
+      ->group(group);
+  c.add_option("--container", a.container,
+               "x0,y0,z0,x1,y1,z1: the box that holds the fluid, which ends flat at its faces and touches them without a gap")
+      ->group(group);
+  c.add_option("--mesh", o.meshes, "PLY or OBJ file to show as a grey object; may be repeated")->group(group);
+}
+
+void add_work_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "The work";
+  c.add_option("--threads", o.threads, "0: all that the machine has")->capture_default_str()->group(group);
+  c.add_option("--max-depth", o.max_depth, "most reflections and refractions of a path")->capture_default_str()->group(group);
+  c.add_option("--refractions", a.refractions,
+               "1, 2, ... or all: after the last one allowed a ray goes straight on through every surface. For comparisons "
+               "with renderers that stop there; it looks wrong")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--first-sample", o.first_sample, "index of the first sample: with --crop and --spp 1, replays one path")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--json", a.report, "write a machine-readable report to this file")->group(group);
+  c.add_flag("-q,--quiet", a.quiet, "print errors only")->group(group);
+}
+
+/// Reads the options that are text. Throws UsageError.
+void parse_text(RenderArguments& a) {
+  RenderOptions& o = a.options;
+  if (!a.size.empty()) {
+    const auto size = parse_size("--size", a.size);
+    o.width = size[0];
+    o.height = size[1];
+  }
+  if (!a.crop.empty()) {
+    const auto crop = parse_numbers<4>("--crop", a.crop, "x,y,w,h");
+    o.crop.emplace();
+    for (std::size_t i = 0; i < 4; ++i) (*o.crop)[i] = as_integer("--crop", crop[i]);
+  }
+  o.refractions = parse_refractions("--refractions", a.refractions);
+  if (!a.camera_from.empty()) o.camera_from = parse_numbers<3>("--camera-from", a.camera_from, "x,y,z");
+  if (!a.camera_to.empty()) o.camera_to = parse_numbers<3>("--camera-to", a.camera_to, "x,y,z");
+  if (!a.container.empty()) o.container = parse_numbers<6>("--container", a.container, "x0,y0,z0,x1,y1,z1");
+  if (!a.absorption.empty()) {
+    const auto rgb = parse_numbers<3>("--absorption", a.absorption, "r,g,b");
+    o.absorption = Color{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
+  }
+  try {
+    check_options(o);
+  } catch (const std::runtime_error& error) {
+    throw UsageError(error.what());
+  }
+}
+
+// ---- interruption ------------------------------------------------------------------------------------------------
+
+std::atomic<bool> interrupted{false};
+
+extern "C" void note_interrupt(int) { interrupted.store(true); }
+
+/// The first Ctrl-C (or SIGTERM) asks for an orderly end, the second ends the program as usual.
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;
+  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+// ---- rendering ---------------------------------------------------------------------------------------------------
+
+int run_render(RenderArguments& a, const std::string& command_line) {
+  parse_text(a);
+  check_output(a.output, a.options);
+  if (!a.report.empty()) check_text_output(a.report);
+  a.options.command = command_line;
+  catch_interrupts();
+
+  ProgressDisplay display(a.quiet);
+  RenderHooks hooks;
+  hooks.progress = [&](const Progress& progress) { display.show(progress); };
+  hooks.cancel = &interrupted;
+  const RenderReport report = render_file(a.input, a.output, a.options, hooks);
+  display.finish();
+
+  if (!a.report.empty()) write_text_file(a.report, to_json(report));
+  if (!a.quiet) {
+    std::fputs(to_text(report).c_str(), stdout);
+    fmt::print("  pin with   {}\n", report.pinning_flags);
+  }
+  if (report.cancelled) {
+    if (report.samples_done > 0)
+      fmt::print(stderr, "embrun: interrupted: {} holds what there is, {:.1f} of {} samples per pixel\n", a.output,
+                 static_cast<double>(report.samples_done) / (static_cast<double>(report.width) * report.height),
+                 a.options.samples);
+    else
+      fmt::print(stderr, "embrun: interrupted before the first sample: nothing was written\n");
+    return exit_interrupted;
+  }
+  if (!a.quiet) fmt::print("{}\n", a.output);
+  return exit_done;
+}
+
+constexpr const char* render_footer =
+    "Without options the camera is framed on the particles, which are water on a floor under a sky.\n"
+    "The report names the flags that pin what was chosen, for the other frames of a sequence.\n\n"
+    "Examples:\n"
+    "  embrun render dam.bgeo -o dam.png --spp 256\n"
+    "  embrun render dam.bgeo -o dam.exr --size 1920x1080 --view side --env studio --floor checker\n"
+    "  embrun render pool.bgeo -o pool.png --container -2.25,-0.05,-1.5,2.25,5.95,1.5\n"
+    "  embrun render dam.bgeo -o depth.pfm --layer depth --spp 4\n"
+    "  embrun render dam.bgeo -o clean.png --spp 16 --denoise --json report.json\n\n"
+    "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
+    "130 interrupted (Ctrl-C); the picture then holds the samples there were.";
+
+}  // namespace
+
+void add_render_command(CLI::App& program, const std::string& command_line, int& exit_code) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  CLI::App* render = program.add_subcommand("render", "Render a particle file");
+  render->add_option("INPUT", arguments->input, "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content")
+      ->required();
+  add_picture_options(*render, *arguments);
+  add_camera_options(*render, *arguments);
+  add_surface_options(*render, *arguments);
+  add_scene_options(*render, *arguments);
+  add_work_options(*render, *arguments);
+  render->footer(render_footer);
+  render->callback([arguments, command_line, &exit_code] { exit_code = run_render(*arguments, command_line); });
+}
+
+}  // namespace embrun

@@ -1,0 +1,203 @@
+#pragma once
+
+// Embrun: physically based pictures of particle fluids, without a mesh.
+//
+//   #include <embrun/embrun.h>
+//   embrun::RenderOptions options;               // everything has a default
+//   options.width = 1920, options.height = 1080;
+//   embrun::render_file("dam.bgeo", "dam.png", options);
+//
+// Lengths are metres, angles degrees, absorption is per metre, radiance is linear RGB (Rec. 709). Every mistake of the
+// user's ends in an exception derived from std::runtime_error whose text says what is wrong, where, and what to do.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace embrun {
+
+/// "0.1.0"
+const char* version();
+
+using Point = std::array<double, 3>;
+using Color = std::array<float, 3>;
+
+/// Particles in memory.
+struct Particles {
+  std::vector<Point> positions;
+  /// One per particle, or empty: RenderOptions::radius, else half the rest spacing, for all.
+  std::vector<float> radii;
+};
+
+/// What is rendered, and how. Names are those of the command line; a wrong one throws and lists the right ones.
+struct RenderOptions {
+  // The picture.
+  int width = 1280, height = 720;
+  std::optional<std::array<int, 4>> crop;  ///< x, y, width, height of the part that is rendered; row 0 is the top
+  int samples = 64;                        ///< per pixel
+  int first_sample = 0;                    ///< index of the first: with a crop, replays one path
+  std::uint32_t seed = 0;
+  int threads = 0;                         ///< 0: as many as the machine has
+  std::string filter = "box";              ///< of a pixel: box, tent, gaussian, blackman-harris
+  int max_depth = 32;                      ///< scattering events of a path
+  int refractions = -1;                    ///< after that many a ray goes straight on; -1: any number
+
+  // The camera: from and to, or a view that is framed on the particles.
+  std::optional<Point> camera_from, camera_to;
+  std::optional<double> fov;            ///< vertical; default 35
+  std::string view = "three-quarter";  ///< front, side, top, three-quarter
+  std::string up = "y";                ///< y, z
+
+  // The surface.
+  std::optional<double> radius;      ///< default: the particles' own, else half the rest spacing
+  int order = 3;                     ///< neighbourhood order n
+  std::string kernel = "metaball";   ///< metaball, zhu-bridson, blinn
+  std::string threshold = "auto";    ///< auto, thesis, or a number
+  std::string recover = "smooth";    ///< smooth, thesis, off
+  std::string normal = "weighted";   ///< weighted, gradient
+  std::string method = "fast";       ///< fast, thesis
+
+  // Water and surroundings.
+  double ior = 1.33;
+  std::optional<Color> absorption;  ///< default: that of clear water
+  std::string environment = "sky";  ///< sky, studio, white, or a latitude-longitude picture file
+  std::string floor = "plain";      ///< none, plain, checker
+  std::optional<double> floor_height;               ///< default: cuts through the lowest layer of particles
+  std::optional<std::array<double, 6>> container;   ///< x0, y0, z0, x1, y1, z1
+  std::vector<std::string> meshes;                  ///< PLY or OBJ files, shown as grey objects
+
+  // What is written.
+  bool denoise = false;
+  std::string layer = "beauty";  ///< of formats with one layer: beauty, albedo, normal, depth, samples, variance
+  double exposure = 0;           ///< stops, PNG
+  std::string tone = "filmic";   ///< filmic, srgb: the tone curve of PNG
+  std::string command;           ///< kept in the file's metadata
+};
+
+/// Throws when an option is out of range or unknown.
+void check_options(const RenderOptions& options);
+
+/// Throws when a picture with these options could not be written there: call it before hours of rendering.
+void check_output(const std::string& path, const RenderOptions& options);
+
+/// One layer of a picture: width * height * channels values, interleaved, row 0 at the top.
+struct Layer {
+  std::string name;  ///< beauty, albedo, normal, depth, samples, variance
+  int channels = 0;
+  std::vector<float> values;
+};
+
+struct Picture {
+  int width = 0, height = 0;  ///< of the layers: those of the crop
+  int x = 0, y = 0;           ///< where they lie in the full picture
+  std::vector<Layer> layers;
+};
+
+struct Progress {
+  const char* stage = "";   ///< reading, building, rendering, writing
+  double fraction = 0;      ///< of the stage, 0 to 1
+  double elapsed = 0;       ///< seconds, of the stage
+  double remaining = -1;    ///< seconds, an estimate; negative: unknown
+};
+
+struct RenderHooks {
+  /// Called at the start of every stage, now and then during rendering, and at its end; never by two threads at once.
+  std::function<void(const Progress&)> progress;
+  /// When it becomes true, rendering stops soon; what there is is kept.
+  const std::atomic<bool>* cancel = nullptr;
+};
+
+/// Rays of one kind. The rate is per second of one thread's work on them.
+struct RayReport {
+  std::uint64_t rays = 0;
+  double rays_per_second = 0;
+};
+
+/// What was chosen, done and found.
+struct RenderReport {
+  // Machine.
+  std::string version, instruction_set;
+  int threads = 0;
+  double peak_memory_bytes = 0;  ///< of the whole process
+  double surface_bytes = 0;      ///< of the surface alone
+  // Seconds.
+  double read_seconds = 0, build_seconds = 0, render_seconds = 0, write_seconds = 0, cpu_seconds = 0;
+  // Particles.
+  std::string input, format;
+  std::uint64_t particles = 0, dropped = 0, recovered = 0;
+  double radius = 0;
+  std::string radius_source;  ///< given, file, spacing, nearest-neighbour
+  double spacing = 0;         ///< rest spacing; 0: none could be measured
+  double threshold = 0, influence_radius = 0;
+  // Choices.
+  Point camera_from{}, camera_to{};
+  double fov = 0;
+  std::optional<double> floor_height;
+  std::string pinning_flags;       ///< the flags that would make the same choices for another frame
+  std::vector<std::string> notes;  ///< what was left out or put right, one sentence each
+  // Picture.
+  int width = 0, height = 0, samples = 0;
+  std::uint32_t seed = 0;
+  std::uint64_t samples_done = 0;  ///< in all pixels
+  bool cancelled = false;
+  double relative_error = 0;       ///< standard error of a pixel over the mean, root mean square
+  // Light transport.
+  RayReport camera_rays, outside_rays, inside_rays, shadow_rays;
+  std::uint64_t scatterings = 0;
+  std::uint64_t bent_directions = 0;       ///< sent across the surface by a shading normal, and put right
+  std::uint64_t medium_contradictions = 0; ///< crossings that disagreed with the medium, and were put right
+  std::uint64_t bad_samples = 0;           ///< NaN, infinite, negative or stuck: left out
+  std::vector<std::string> replay_flags;   ///< flags that render one of them alone, for the first few
+};
+
+/// Several lines for people, ending with a line feed.
+std::string to_text(const RenderReport& report);
+/// A JSON object.
+std::string to_json(const RenderReport& report);
+
+/// A render under way: construct it (which reads and builds), add samples, take the picture, add more.
+class Renderer {
+ public:
+  Renderer(const std::string& particle_file, const RenderOptions& options, const RenderHooks& hooks = {});
+  Renderer(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// Adds so many samples to every pixel; false when it was cancelled.
+  bool add_samples(int count, const RenderHooks& hooks = {});
+  /// The picture so far; denoised if the options say so.
+  Picture picture() const;
+  /// Writes the picture so far; the extension names the format: exr, pfm, hdr, png.
+  void write(const std::string& path);
+  /// Everything up to now.
+  RenderReport report() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Reads particles, renders, and writes the picture (also when it was cancelled, unless there is no sample at all).
+RenderReport render_file(const std::string& particle_file, const std::string& picture_file,
+                         const RenderOptions& options = {}, const RenderHooks& hooks = {});
+
+/// Renders particles in memory.
+Picture render(const Particles& particles, const RenderOptions& options = {}, const RenderHooks& hooks = {},
+               RenderReport* report = nullptr);
+
+/// What is in a particle file: count, attributes, bounds, rest spacing, radius. For people, or as a JSON object.
+/// `radius`: as RenderOptions::radius.
+std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius = std::nullopt);
+
+/// Throws when write_text_file could not write there.
+void check_text_output(const std::string& path);
+/// Replaces a file whole: it holds the old or the new text, whatever happens.
+void write_text_file(const std::string& path, const std::string& text);
+
+}  // namespace embrun

@@ -1,0 +1,216 @@
+#include "render/default_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "io/image_read.h"
+#include "io/read_mesh.h"
+#include "media/homogeneous.h"
+#include "render/option_names.h"
+
+namespace embrun {
+namespace {
+
+Vec3d to_vector(const Point& p) { return {p[0], p[1], p[2]}; }
+
+/// The q-quantile of values that may be reordered.
+double quantile(std::vector<double>& values, double q) {
+  const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+/// Every n-th particle, so that at most so many are looked at.
+std::size_t stride_for(std::size_t count, std::size_t most) { return count / most + 1; }
+
+// ---- fluid -------------------------------------------------------------------------------------------------------
+
+FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptions& options) {
+  FluidDescription fluid;
+  fluid.positions = measured.particles.positions;
+  fluid.radii = measured.radius.radii;
+  fluid.surface.kernel = kernel_from_name(options.kernel);
+  fluid.surface.order = options.order;
+  const ThresholdChoice threshold = threshold_from_text(options.threshold);
+  fluid.surface.threshold_mode = threshold.mode;
+  fluid.surface.threshold = threshold.value;
+  fluid.surface.recover = recover_from_name(options.recover);
+  fluid.surface.normal = normal_from_name(options.normal);
+  fluid.surface.spacing = measured.spacing.spacing;
+  fluid.surface.radius = static_cast<float>(measured.radius.radius);
+  fluid.method = method_from_name(options.method);
+  const Color absorption =
+      options.absorption.value_or(Color{clear_water_absorption.r, clear_water_absorption.g, clear_water_absorption.b});
+  fluid.material = dielectric_material(options.ior, {absorption[0], absorption[1], absorption[2]});
+  if (options.container) {
+    const auto& c = *options.container;
+    fluid.container = Box3d{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}};
+  }
+  return fluid;
+}
+
+// ---- surroundings ------------------------------------------------------------------------------------------------
+
+/// 1, 2 or 5 times a power of ten, not above `length`.
+double round_length(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  return length >= 5 * power ? 5 * power : length >= 2 * power ? 2 * power : power;
+}
+
+PatchDescription make_floor(FloorKind kind, double height, const Box3d& bounds, const UpBasis& up) {
+  PatchDescription floor;
+  floor.center = height * to_double(up.up);
+  floor.axis_u = to_double(up.right);
+  floor.axis_v = -1.0 * to_double(up.back);
+  floor.half_u = floor.half_v = static_cast<double>(infinity);
+  floor.material = diffuse_material({0.52f, 0.51f, 0.49f});
+  if (kind != FloorKind::checker) return floor;
+  TextureDescription& texture = floor.material.reflectance;
+  texture.kind = TextureKind::checker;
+  texture.first = grey(0.7f);
+  texture.second = grey(0.25f);
+  const Vec3d size = bounds.high - bounds.low;
+  const bool y_up = up.up.y == 1.0f;
+  texture.axis_u = 0;
+  texture.axis_v = y_up ? 2 : 1;
+  texture.cell = round_length(std::max(size.x, y_up ? size.z : size.y) / 8);
+  return floor;
+}
+
+EnvironmentDescription make_environment(const RenderOptions& options, std::vector<std::string>& notes) {
+  using Kind = EnvironmentDescription::Kind;
+  EnvironmentDescription environment;
+  if (options.environment == "white") return environment;
+  if (options.environment == "sky" || options.environment == "studio") {
+    environment.kind = options.environment == "sky" ? Kind::sky : Kind::studio;
+    return environment;
+  }
+  environment.kind = Kind::image;
+  Image image = read_image(options.environment);
+  const EnvironmentRepair repair = clean_environment(image);
+  if (repair.not_finite + repair.negative > 0)
+    notes.push_back(fmt::format("{}: {} pixels are not finite and {} negative; their channels count as 0",
+                                options.environment, repair.not_finite, repair.negative));
+  environment.image = make_image(image.width, image.height, 3);
+  for (std::size_t i = 0; i < image.pixel_count(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      environment.image.pixels[3 * i + c] = image.channels == 3 ? image.pixels[3 * i + c] : image.pixels[i];
+  return environment;
+}
+
+// ---- camera ------------------------------------------------------------------------------------------------------
+
+CameraSettings make_camera_settings(const RenderOptions& options, const Box3d& bounds, UpAxis up_axis) {
+  constexpr double default_fov = 35;
+  const double aspect = static_cast<double>(options.width) / options.height;
+  const double fov = options.fov.value_or(default_fov);
+  CameraSettings camera = frame_box(bounds.low, bounds.high, parse_view(options.view), up_axis, aspect, fov);
+  if (options.camera_from) {
+    camera.eye = to_vector(*options.camera_from);
+    camera.target = options.camera_to ? to_vector(*options.camera_to) : 0.5 * (bounds.low + bounds.high);
+    const UpBasis basis = up_basis(up_axis);
+    const Vec3d view = normalize(camera.target - camera.eye);
+    // Straight up or down, the top of the picture is away from a viewer in front.
+    const bool vertical = length(cross(view, to_double(basis.up))) < 1e-6;
+    camera.up = vertical ? -1.0 * to_double(basis.back) : to_double(basis.up);
+  }
+  camera.filter = filter_from_name(options.filter);
+  return camera;
+}
+
+}  // namespace
+
+MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, const std::string& name) {
+  MeasuredParticles measured;
+  measured.particles = std::move(particles);
+  measured.spacing = estimate_spacing(measured.particles);
+  measured.radius = choose_radius(measured.particles, measured.spacing, options.radius, name);
+  drop_particles_without_radius(measured.particles, measured.radius);
+  return measured;
+}
+
+Box3d robust_bounds(const MeasuredParticles& measured) {
+  const std::vector<Vec3d>& positions = measured.particles.positions;
+  const std::size_t stride = stride_for(positions.size(), 200000);
+  std::vector<double> x, y, z;
+  for (std::size_t i = 0; i < positions.size(); i += stride) {
+    x.push_back(positions[i].x);
+    y.push_back(positions[i].y);
+    z.push_back(positions[i].z);
+  }
+  constexpr double strays = 0.001;
+  const Vec3d reach = measured.radius.radius * Vec3d{1, 1, 1};
+  return {Vec3d{quantile(x, strays), quantile(y, strays), quantile(z, strays)} - reach,
+          Vec3d{quantile(x, 1 - strays), quantile(y, 1 - strays), quantile(z, 1 - strays)} + reach};
+}
+
+double lowest_layer(const MeasuredParticles& measured, const UpBasis& up) {
+  // The lowest particle of every column that holds any ...
+  const double side = 4 * measured.radius.radius;
+  const Vec3d right = to_double(up.right), back = to_double(up.back), upwards = to_double(up.up);
+  std::unordered_map<std::uint64_t, double> lows;
+  for (const Vec3d& p : measured.particles.positions) {
+    const auto cell = [side](double c) {
+      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(c / side))));
+    };
+    const std::uint64_t column = cell(dot(p, right)) << 32 | cell(dot(p, back));
+    const auto [entry, fresh] = lows.try_emplace(column, dot(p, upwards));
+    entry->second = std::min(entry->second, dot(p, upwards));
+  }
+  std::vector<double> heights;
+  heights.reserve(lows.size());
+  for (const auto& [column, low] : lows) heights.push_back(low);
+
+  // ... and of those near the lowest (but for a few strays) the usual height: that of the layer on the floor.
+  const double lowest = quantile(heights, 0.02);
+  std::vector<double> layer;
+  for (const double height : heights)
+    if (std::abs(height - lowest) <= 2 * measured.radius.radius) layer.push_back(height);
+  return quantile(layer, 0.5);
+}
+
+SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptions& options,
+                            std::vector<std::string>& notes) {
+  SceneDescription scene;
+  scene.up = up_from_name(options.up);
+  const UpBasis up = up_basis(scene.up);
+  scene.fluids.push_back(make_fluid(measured, options));
+  scene.environment = make_environment(options, notes);
+
+  Box3d bounds = robust_bounds(measured);
+  double& bottom = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
+  if (const FloorKind floor = floor_from_name(options.floor); floor != FloorKind::none) {
+    double height = lowest_layer(measured, up);
+    // Fluid that wets its container reaches down to the bottom: there is nothing to cut.
+    if (options.container) height = scene.up == UpAxis::y ? (*options.container)[1] : (*options.container)[2];
+    height = options.floor_height.value_or(height);
+    bottom = std::min(height, scene.up == UpAxis::y ? bounds.high.y : bounds.high.z);
+    scene.patches.push_back(make_floor(floor, height, bounds, up));
+  }
+  for (const std::string& path : options.meshes) {
+    MeshDescription mesh;
+    mesh.mesh = read_mesh(path);
+    mesh.material = diffuse_material(grey(0.6f));
+    scene.meshes.push_back(std::move(mesh));
+  }
+  scene.camera = make_camera_settings(options, bounds, scene.up);
+
+  scene.film.width = options.width;
+  scene.film.height = options.height;
+  if (options.crop) {
+    const auto& c = *options.crop;
+    scene.film.crop = PixelWindow{c[0], c[1], c[2], c[3]};
+  }
+  scene.integrator.seed = options.seed;
+  scene.integrator.samples = options.samples;
+  scene.integrator.max_depth = options.max_depth;
+  scene.integrator.max_refractions = options.refractions;
+  return scene;
+}
+
+}  // namespace embrun

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "embrun/embrun.h"
+#include "particles/particle_set.h"
+#include "particles/radius.h"
+#include "particles/spacing.h"
+#include "scene/scene_description.h"
+
+namespace embrun {
+
+/// The particles of a render, measured.
+struct MeasuredParticles {
+  ParticleSet particles;
+  SpacingEstimate spacing;
+  RadiusChoice radius;
+};
+
+/// Estimates the spacing, chooses the radius, and leaves out what cannot be rendered. `name` stands for the particles in
+/// messages. Throws Error where no radius can be had.
+MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, const std::string& name);
+
+/// Bounds of all but a few stray particles, one radius wider.
+Box3d robust_bounds(const MeasuredParticles& particles);
+
+/// Height along `up` of a floor that cuts through the lowest layer of particles, whose underside hangs above the floor
+/// they lie on: the usual height of that layer's centres.
+double lowest_layer(const MeasuredParticles& particles, const UpBasis& up);
+
+/// The scene that the options describe: the fluid, its surroundings, the camera. What they leave open is chosen from the
+/// particles. `notes` receives what was put right. Reads the environment and the meshes. Throws Error as
+/// check_options does.
+SceneDescription make_scene(const MeasuredParticles& particles, const RenderOptions& options,
+                            std::vector<std::string>& notes);
+
+}  // namespace embrun

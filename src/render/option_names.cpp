@@ -1,0 +1,71 @@
+#include "render/option_names.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <initializer_list>
+#include <utility>
+
+#include "base/error.h"
+
+namespace embrun {
+namespace {
+
+/// The value whose name was given.
+template <class Value>
+Value pick(const char* what, const std::string& name, std::initializer_list<std::pair<const char*, Value>> choices) {
+  std::string known;
+  for (const auto& [choice, value] : choices) {
+    if (name == choice) return value;
+    known += (known.empty() ? "" : ", ") + std::string(choice);
+  }
+  throw Error(std::string(what) + " \"" + name + "\" is unknown: there are " + known);
+}
+
+}  // namespace
+
+Kernel kernel_from_name(const std::string& name) {
+  return pick<Kernel>("kernel", name,
+                      {{"metaball", Kernel::metaball}, {"zhu-bridson", Kernel::zhu_bridson}, {"blinn", Kernel::blinn}});
+}
+
+RecoverMode recover_from_name(const std::string& name) {
+  return pick<RecoverMode>("recovery", name,
+                           {{"smooth", RecoverMode::smooth}, {"thesis", RecoverMode::thesis}, {"off", RecoverMode::off}});
+}
+
+NormalMode normal_from_name(const std::string& name) {
+  return pick<NormalMode>("normal", name, {{"weighted", NormalMode::weighted}, {"gradient", NormalMode::gradient}});
+}
+
+SurfaceMethod method_from_name(const std::string& name) {
+  return pick<SurfaceMethod>("method", name, {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
+}
+
+UpAxis up_from_name(const std::string& name) {
+  return pick<UpAxis>("up axis", name, {{"y", UpAxis::y}, {"z", UpAxis::z}});
+}
+
+PixelFilter filter_from_name(const std::string& name) {
+  return pick<PixelFilter>("filter", name,
+                           {{"box", PixelFilter{FilterKind::box, 0.5f}},
+                            {"tent", PixelFilter{FilterKind::tent, 1.0f}},
+                            {"gaussian", PixelFilter{FilterKind::gaussian, 1.5f}},
+                            {"blackman-harris", PixelFilter{FilterKind::blackman_harris, 1.5f}}});
+}
+
+FloorKind floor_from_name(const std::string& name) {
+  return pick<FloorKind>("floor", name,
+                         {{"none", FloorKind::none}, {"plain", FloorKind::plain}, {"checker", FloorKind::checker}});
+}
+
+ThresholdChoice threshold_from_text(const std::string& text) {
+  if (text == "auto") return {ThresholdMode::automatic, 0};
+  if (text == "thesis") return {ThresholdMode::thesis, 0};
+  char* end = nullptr;
+  const float value = std::strtof(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(value > 0) || !std::isfinite(value))
+    throw Error("threshold \"" + text + "\" is not auto, thesis or a positive number");
+  return {ThresholdMode::number, value};
+}
+
+}  // namespace embrun

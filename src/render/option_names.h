@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "camera/framing.h"
+#include "embrun/embrun.h"
+#include "geometry/surface_settings.h"
+#include "math/up_axis.h"
+#include "scene/scene_description.h"
+
+namespace embrun {
+
+// The names of RenderOptions as what they mean. Each throws Error for an unknown one, and lists the known.
+
+Kernel kernel_from_name(const std::string& name);
+RecoverMode recover_from_name(const std::string& name);
+NormalMode normal_from_name(const std::string& name);
+SurfaceMethod method_from_name(const std::string& name);
+UpAxis up_from_name(const std::string& name);
+PixelFilter filter_from_name(const std::string& name);
+
+enum class FloorKind { none, plain, checker };
+FloorKind floor_from_name(const std::string& name);
+
+/// "auto", "thesis" or a positive number.
+struct ThresholdChoice {
+  ThresholdMode mode = ThresholdMode::automatic;
+  float value = 0;
+};
+ThresholdChoice threshold_from_text(const std::string& text);
+
+}  // namespace embrun

@@ -1,0 +1,365 @@
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <mutex>
+#include <span>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "embrun/embrun.h"
+#include "image/denoise.h"
+#include "io/atomic_file.h"
+#include "io/image_write.h"
+#include "io/particle_info.h"
+#include "io/read_particles.h"
+#include "render/default_scene.h"
+#include "render/option_names.h"
+#include "render/render_loop.h"
+
+#ifndef EMBRUN_VERSION
+#define EMBRUN_VERSION "unknown"
+#endif
+
+namespace embrun {
+namespace {
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+void tell(const RenderHooks& hooks, const char* stage, double fraction, double elapsed) {
+  if (!hooks.progress) return;
+  const double remaining = fraction > 0 ? elapsed * (1 - fraction) / fraction : -1;
+  hooks.progress({stage, fraction, elapsed, remaining});
+}
+
+rusage process_usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+double cpu_seconds() {
+  const rusage usage = process_usage();
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// A number as a flag: short, and exact enough to make the same picture.
+std::string number(double v) { return fmt::format("{:.7g}", v + 0.0); }
+std::string triple(Vec3d v) { return number(v.x) + "," + number(v.y) + "," + number(v.z); }
+
+RayReport ray_report(std::uint64_t rays, std::uint64_t timed, std::uint64_t nanoseconds) {
+  return {rays, nanoseconds > 0 ? 1e9 * static_cast<double>(timed) / static_cast<double>(nanoseconds) : 0};
+}
+
+ParticleSet to_set(const Particles& particles) {
+  if (particles.positions.empty()) throw Error("particles: there are none");
+  if (!particles.radii.empty() && particles.radii.size() != particles.positions.size())
+    throw Error(fmt::format("particles: {} radii for {} positions", particles.radii.size(), particles.positions.size()));
+  ParticleSet set;
+  set.format = "memory";
+  for (std::size_t i = 0; i < particles.positions.size(); ++i) {
+    const Point& p = particles.positions[i];
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+      throw Error(fmt::format("particles: the position of particle {} is not finite", i));
+    set.positions.push_back({p[0], p[1], p[2]});
+  }
+  if (!particles.radii.empty()) {
+    Attribute radius;
+    radius.name = "radius";
+    radius.floats = particles.radii;
+    set.attributes.push_back(std::move(radius));
+  }
+  return set;
+}
+
+ImageWriteOptions write_options(const RenderOptions& options) {
+  ImageWriteOptions write;
+  write.layer = options.layer;
+  write.tone.exposure = static_cast<float>(options.exposure);
+  write.tone.curve = tone_curve_from_name(options.tone);
+  return write;
+}
+
+}  // namespace
+
+const char* version() { return EMBRUN_VERSION; }
+
+void check_options(const RenderOptions& o) {
+  kernel_from_name(o.kernel);
+  threshold_from_text(o.threshold);
+  recover_from_name(o.recover);
+  normal_from_name(o.normal);
+  method_from_name(o.method);
+  up_from_name(o.up);
+  floor_from_name(o.floor);
+  filter_from_name(o.filter);
+  parse_view(o.view);
+  tone_curve_from_name(o.tone);
+  check_layer_name(o.layer);
+  if (o.radius && !(*o.radius > 0 && std::isfinite(*o.radius)))
+    throw Error(fmt::format("radius {}: it must be positive", *o.radius));
+  if (o.first_sample < 0) throw Error(fmt::format("first sample {}: it must not be negative", o.first_sample));
+  if (o.threads < 0) throw Error(fmt::format("{} threads: give 1 or more, or 0 for all", o.threads));
+  if (o.fov && !(*o.fov > 0 && *o.fov < 180)) throw Error(fmt::format("field of view {}: it must lie between 0 and 180 degrees", *o.fov));
+  if (o.floor_height && !std::isfinite(*o.floor_height)) throw Error("the floor's height is not finite");
+  if (!(std::abs(o.exposure) <= 100)) throw Error(fmt::format("exposure {}: it must lie within -100 and 100 stops", o.exposure));
+  if (o.camera_to && !o.camera_from) throw Error("a camera target without a place: give where the camera is, too");
+  // Everything else is checked as part of a scene: here, of one with a particle.
+  MeasuredParticles one;
+  one.particles.positions = {{0, 0, 0}};
+  one.radius.radius = o.radius.value_or(1);
+  RenderOptions plain = o;
+  plain.environment = "white";
+  plain.meshes.clear();
+  std::vector<std::string> notes;
+  validate(make_scene(one, plain, notes));
+}
+
+void check_output(const std::string& path, const RenderOptions& options) {
+  check_image_output(path);
+  check_layer_name(options.layer);
+}
+
+struct Renderer::State {
+  RenderOptions options;
+  RenderReport report;
+  FlatScene scene;
+  std::unique_ptr<CpuBackend> backend;
+  Film film;
+  RenderCounts counts;
+  std::uint32_t next_sample = 0;
+
+  void read_file(const std::string& path, const RenderHooks& hooks);
+  void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
+  void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
+  std::string replay_flags(const PixelSample& sample) const;
+  ImageMetadata metadata() const;
+  ImageLayers layers() const;
+};
+
+void Renderer::State::read_file(const std::string& path, const RenderHooks& hooks) {
+  check_options(options);
+  const Stopwatch watch;
+  tell(hooks, "reading", 0, 0);
+  ParticleSet particles = read_particles(path);
+  report.read_seconds = watch.seconds();
+  tell(hooks, "reading", 1, report.read_seconds);
+  build(std::move(particles), path, hooks);
+}
+
+void Renderer::State::build(ParticleSet particles, const std::string& name, const RenderHooks& hooks) {
+  const Stopwatch watch;
+  tell(hooks, "building", 0, 0);
+  report.input = name;
+  report.format = particles.format;
+  report.dropped = particles.dropped_non_finite;
+  const std::size_t read = particles.size();
+  const MeasuredParticles measured = measure(std::move(particles), options, name);
+  check_extent(measured.particles, measured.radius.radius, name);
+  report.dropped += read - measured.particles.size();
+  report.notes = measured.particles.notes;
+  if (measured.particles.dropped_non_finite > 0)
+    report.notes.push_back(fmt::format("{}: {} particles with a coordinate that is not finite were left out", name,
+                                       measured.particles.dropped_non_finite));
+
+  SceneDescription description = make_scene(measured, options, report.notes);
+  run_on_threads(options.threads, [&] { scene = compile(description); });
+  backend = std::make_unique<CpuBackend>(scene);
+  film = make_film(description.film);
+  next_sample = static_cast<std::uint32_t>(options.first_sample);
+  record_choices(measured, description);
+  report.build_seconds = watch.seconds();
+  tell(hooks, "building", 1, report.build_seconds);
+}
+
+void Renderer::State::record_choices(const MeasuredParticles& measured, const SceneDescription& description) {
+  RenderReport& r = report;
+  r.version = version();
+  r.instruction_set = backend->kernels().name;
+  r.threads = thread_count(options.threads);
+  r.particles = measured.particles.size();
+  r.radius = measured.radius.radius;
+  r.radius_source = to_string(measured.radius.source);
+  r.spacing = measured.spacing.spacing;
+  if (!scene.surfaces.empty()) {
+    const ImplicitSurfaceStats& stats = scene.surfaces.front().stats();
+    r.threshold = static_cast<double>(stats.threshold);
+    r.influence_radius = static_cast<double>(stats.influence_radius);
+    r.recovered = stats.recovered_particles;
+    r.surface_bytes = static_cast<double>(stats.bytes);
+  } else {
+    const ThesisSurface& surface = *scene.thesis_surfaces.front();
+    r.threshold = static_cast<double>(surface.model().threshold);
+    r.influence_radius = static_cast<double>(surface.model().influence_radius);
+    r.recovered = surface.model().recovered.size();
+    r.surface_bytes = static_cast<double>(surface.bytes());
+  }
+  const CameraSettings& camera = description.camera;
+  r.camera_from = {camera.eye.x, camera.eye.y, camera.eye.z};
+  r.camera_to = {camera.target.x, camera.target.y, camera.target.z};
+  r.fov = camera.vertical_fov;
+  r.pinning_flags = fmt::format("--camera-from {} --camera-to {} --fov {}", triple(camera.eye), triple(camera.target),
+                                number(camera.vertical_fov));
+  if (measured.radius.radii.empty()) r.pinning_flags += " --radius " + number(r.radius);
+  r.pinning_flags += " --threshold " + number(r.threshold);
+  if (!description.patches.empty()) {
+    const Vec3d up = to_double(up_basis(description.up).up);
+    r.floor_height = dot(description.patches.front().center, up);
+    r.pinning_flags += " --floor-height " + number(*r.floor_height);
+  }
+  r.width = film.window.width;
+  r.height = film.window.height;
+  r.seed = options.seed;
+}
+
+std::string Renderer::State::replay_flags(const PixelSample& sample) const {
+  return fmt::format("--crop {},{},1,1 --first-sample {} --spp 1 --seed {} --size {}x{}", sample.x, sample.y, sample.sample,
+                     options.seed, options.width, options.height);
+}
+
+ImageMetadata Renderer::State::metadata() const {
+  const std::time_t now = std::time(nullptr);
+  ImageMetadata data;
+  data.emplace_back("software", std::string("Embrun ") + version());
+  if (!options.command.empty()) data.emplace_back("command", options.command);
+  data.emplace_back("seed", std::to_string(options.seed));
+  data.emplace_back("samples", std::to_string(next_sample - static_cast<std::uint32_t>(options.first_sample)));
+  data.emplace_back("date", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now)));
+  data.emplace_back("render_seconds", fmt::format("{:.2f}", report.render_seconds));
+  data.emplace_back("choices", report.pinning_flags);
+  return data;
+}
+
+ImageLayers Renderer::State::layers() const {
+  ImageLayers result = resolve(film);
+  if (options.denoise) {
+    Image clean = embrun::denoise(result);
+    clean.name = "beauty";
+    *result.find("beauty") = std::move(clean);
+  }
+  return result;
+}
+
+Renderer::Renderer(const std::string& particle_file, const RenderOptions& options, const RenderHooks& hooks)
+    : state_(std::make_unique<State>()) {
+  state_->options = options;
+  state_->read_file(particle_file, hooks);
+}
+
+Renderer::Renderer(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks)
+    : state_(std::make_unique<State>()) {
+  check_options(options);
+  state_->options = options;
+  state_->build(to_set(particles), "particles", hooks);
+}
+
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+bool Renderer::add_samples(int count, const RenderHooks& hooks) {
+  if (count < 0) throw Error(fmt::format("{} samples: give 0 or more", count));
+  State& s = *state_;
+  const Stopwatch watch;
+  RenderControl control;
+  control.threads = s.options.threads;
+  control.cancel = hooks.cancel;
+  tell(hooks, "rendering", 0, 0);
+  control.progress = [&](std::uint64_t done, std::uint64_t total) {
+    tell(hooks, "rendering", static_cast<double>(done) / static_cast<double>(total), watch.seconds());
+  };
+  RenderCounts counts =
+      embrun::render_samples(*s.backend, s.film, s.next_sample, static_cast<std::uint32_t>(count), control);
+  add(s.counts.paths, counts.paths);
+  s.counts.bad_samples.insert(s.counts.bad_samples.end(), counts.bad_samples.begin(), counts.bad_samples.end());
+  s.next_sample += static_cast<std::uint32_t>(count);
+  s.report.cancelled = s.report.cancelled || counts.cancelled;
+  s.report.render_seconds += watch.seconds();
+  return !counts.cancelled;
+}
+
+Picture Renderer::picture() const {
+  const ImageLayers layers = state_->layers();
+  Picture picture;
+  picture.width = layers.window.width;
+  picture.height = layers.window.height;
+  picture.x = layers.window.x;
+  picture.y = layers.window.y;
+  for (const Image& layer : layers.layers) picture.layers.push_back({layer.name, layer.channels, layer.pixels});
+  return picture;
+}
+
+void Renderer::write(const std::string& path) {
+  const Stopwatch watch;
+  write_image(path, state_->layers(), write_options(state_->options), state_->metadata());
+  state_->report.write_seconds += watch.seconds();
+}
+
+RenderReport Renderer::report() const {
+  const State& s = *state_;
+  RenderReport r = s.report;
+  r.samples = static_cast<int>(s.next_sample) - s.options.first_sample;
+  r.samples_done = good_samples(s.film);
+  r.bad_samples = bad_samples(s.film);
+  r.relative_error = r.samples_done > 0 ? relative_error(resolve(s.film)) : 0;
+  const PathCounters& p = s.counts.paths;
+  r.camera_rays = ray_report(p.camera_rays, p.camera_rays, p.camera_ns);
+  r.outside_rays = ray_report(p.outside_rays, p.outside_rays, p.outside_ns);
+  r.inside_rays = ray_report(p.inside_rays, p.inside_rays, p.inside_ns);
+  r.shadow_rays = ray_report(p.shadow_rays, p.shadow_rays, p.shadow_ns);
+  r.scatterings = p.scatterings;
+  r.bent_directions = p.bends;
+  r.medium_contradictions = p.contradictions;
+  for (const PixelSample& sample : s.counts.bad_samples) {
+    if (r.replay_flags.size() == 8) break;
+    r.replay_flags.push_back(s.replay_flags(sample));
+  }
+  r.cpu_seconds = cpu_seconds();
+  r.peak_memory_bytes = 1024 * static_cast<double>(process_usage().ru_maxrss);
+  return r;
+}
+
+RenderReport render_file(const std::string& particle_file, const std::string& picture_file,
+                         const RenderOptions& options, const RenderHooks& hooks) {
+  check_options(options);
+  check_output(picture_file, options);
+  Renderer renderer(particle_file, options, hooks);
+  renderer.add_samples(options.samples, hooks);
+  if (renderer.report().samples_done > 0) {
+    tell(hooks, "writing", 0, 0);
+    renderer.write(picture_file);
+    tell(hooks, "writing", 1, renderer.report().write_seconds);
+  }
+  return renderer.report();
+}
+
+Picture render(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks,
+               RenderReport* report) {
+  Renderer renderer(particles, options, hooks);
+  renderer.add_samples(options.samples, hooks);
+  if (report != nullptr) *report = renderer.report();
+  return renderer.picture();
+}
+
+std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius) {
+  const ParticleInfo info = describe_particles(read_particles(particle_file), particle_file, radius);
+  return json ? to_json(info) : to_text(info);
+}
+
+void check_text_output(const std::string& path) { check_writable(path); }
+
+void write_text_file(const std::string& path, const std::string& text) {
+  write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+}  // namespace embrun
