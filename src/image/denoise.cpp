@@ -107,8 +107,8 @@ Plane box_mean(const Plane& plane, int width, int height, int r) {
 }
 
 /// Noise of a plane from its own differences, where no variance is known: the mean square of the second difference
-/// 4 u - (its four neighbours), whose variance is 20 times that of independent noise (J. Immerkaer 1996, "Fast Noise
-/// Variance Estimation"). Edges count as noise.
+/// 4 u - (its four neighbours), whose variance is 20 times that of independent noise (after [Immerkaer1996]). Edges
+/// count as noise.
 Plane variance_from_differences(const Plane& u, int width, int height) {
   Plane squares(width, height, u.border);
   for_each_pixel(width, height, [&](int x, int y) {
@@ -252,7 +252,7 @@ struct Tile {
 };
 
 /// Squared distance of the colours at p and p + (dx, dy) in units of their noise, less what the noise alone brings
-/// (Rousselle et al. 2012, equation 3), on rows [ya, yb) and columns [xa, xb).
+/// [Rousselle2012, Rousselle2013], on rows [ya, yb) and columns [xa, xb).
 void colour_distances(const Guide& g, float strength, int dx, int dy, int xa, int xb, int ya, int yb, Tile& tile) {
   const float tolerance = 3.0f * strength * strength;  // 3: the mean over the channels
   for (int y = ya; y < yb; ++y) {

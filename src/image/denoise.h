@@ -15,12 +15,11 @@ struct DenoiseSettings {
 };
 
 /// Returns the beauty layer with its noise reduced: non-local means whose weights come from the noisy colours,
-/// scaled by the per-pixel variance, and from albedo, normal and depth (Rousselle, Knaus and Zwicker 2012,
-/// "Adaptive Rendering with Non-Local Means Filtering"; Rousselle, Manzi and Zwicker 2013, "Robust Denoising using
-/// Feature and Color Information"). Edges that the features show stay sharp; a lone bright pixel is spread or
-/// dropped. A missing feature layer, an infinite depth or an unknown variance is worked round; `beauty` (1 or 3
-/// channels) is needed (throws Error otherwise). Deterministic at any number of threads. Values not finite in the
-/// input count as 0; the result is never negative.
+/// scaled by the per-pixel variance [Rousselle2012], and from albedo, normal and depth [Rousselle2013]. Edges that
+/// the features show stay sharp; a lone bright pixel that is mostly noise is cut down to its neighbours' brightness
+/// (its energy is lost), one that all its samples agree on stays. A missing feature layer, an infinite depth or an
+/// unknown variance is worked round; `beauty` (1 or 3 channels) is needed (throws Error otherwise). Deterministic at
+/// any number of threads. Values not finite in the input count as 0; the result is never negative.
 Image denoise(const ImageLayers& layers, const DenoiseSettings& settings = {});
 
 }  // namespace embrun

@@ -33,7 +33,7 @@ float srgb_decode(float encoded);
 
 /// Display-linear value of radiance x >= 0, in [0, 1], increasing: Narkowicz's fit of the ACES output transform,
 ///   f(y) = y (2.51 y + 0.03) / (y (2.43 y + 0.59) + 0.14),  y = 0.72317 x,
-/// (K. Narkowicz 2015, "ACES Filmic Tone Mapping Curve"), scaled so that f keeps 0.18; reaches 1 at x = 10.
+/// [Narkowicz2015], scaled so that f keeps 0.18; reaches 1 at x = 10.
 float filmic_curve(float x);
 
 /// Display values in [0, 1] (sRGB-encoded) of a radiance. The filmic curve is applied to the largest and smallest
@@ -42,8 +42,7 @@ float filmic_curve(float x);
 Rgb tone_map(Rgb radiance, const ToneSettings& settings);
 
 /// Rounds v in [0, 1] to 0..255. With dithering, adds a threshold that depends on the pixel's place alone: an
-/// integer form of the R2 sequence (M. Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"),
-/// close to blue noise. Values k/255 are kept.
+/// integer form of the R2 sequence [Roberts2018], close to blue noise. Values k/255 are kept.
 std::uint8_t quantize(float v, int x, int y, bool dither);
 
 /// An 8-bit picture of a layer: width * height * channels bytes (channels 1 or 3), row 0 at the top.

@@ -118,9 +118,12 @@ void check_part(const Part& part, std::size_t file_size, const std::string& file
     fail_image(file, "bad EXR header: no data window, or no channels");
   }
   // Bytes of pixels that a byte of file can stand for: measured on flat pictures of 8192x4096, at most 1,330 for all
-  // compressions but DWA, and 29,500 for that.
+  // compressions but DWA, and 29,500 for that. Such a ratio would justify almost anything, so it holds up to 128 MB.
   constexpr int first_dwa = 8;
-  const double bytes_per_byte = part.compression >= first_dwa ? 65536.0 : 2048.0;
+  constexpr double dwa_bytes = 128e6;
+  const double size = static_cast<double>(file_size);
+  const double bytes_per_byte =
+      part.compression >= first_dwa ? std::max(2048.0, std::min(32768.0, dwa_bytes / size)) : 2048.0;
   check_image_size(part.width, part.height, file_size, bytes_per_byte / static_cast<double>(part.pixel_bytes), file);
   const std::int64_t longest_tile = std::max<std::int64_t>(1024, std::max(part.width, part.height));
   if (part.tile_width > longest_tile || part.tile_height > longest_tile ||

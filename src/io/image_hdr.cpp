@@ -1,5 +1,5 @@
-// Radiance RGBE pictures (G. Ward 1991, "Real Pixels", Graphics Gems II): a text header, then scan lines of shared-
-// exponent pixels, flat, run-length encoded by pixels (old) or by components (new).
+// Radiance RGBE pictures [Ward1991]: a text header, then scan lines of pixels with a shared exponent, flat or
+// run-length encoded by pixels (old) or by components (new).
 #include <array>
 #include <charconv>
 #include <cmath>

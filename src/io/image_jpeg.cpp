@@ -17,6 +17,7 @@ struct JpegJob {
   jpeg_progress_mgr progress{};
   jpeg_decompress_struct decoder{};
   jmp_buf jump;
+  std::size_t file_size = 0;
   char message[JMSG_LENGTH_MAX] = "";
 };
 
@@ -33,12 +34,15 @@ void on_message(j_common_ptr common, int level) {
   }
 }
 
-/// A small file can hold thousands of scans over a large picture; real ones have about ten.
+/// A small file can hold thousands of scans over a large picture, each of which takes time; real ones have about ten,
+/// and far more bytes a pixel.
 void on_progress(j_common_ptr common) {
-  constexpr int most_scans = 200;
+  constexpr double most_scans = 100, most_pixels_per_byte = 16384;
   auto* job = static_cast<JpegJob*>(common->client_data);
-  if (job->decoder.input_scan_number > most_scans) {
-    std::strcpy(job->message, "more than 200 scans");
+  const double scans = job->decoder.input_scan_number;
+  const double pixels = static_cast<double>(job->decoder.image_width) * job->decoder.image_height;
+  if (scans > most_scans || scans * pixels > most_pixels_per_byte * static_cast<double>(job->file_size)) {
+    std::strcpy(job->message, "too many scans");
     std::longjmp(job->jump, 1);
   }
 }
@@ -54,6 +58,7 @@ bool start(JpegJob& job, Bytes bytes) {
   }
   jpeg_create_decompress(&job.decoder);
   job.decoder.client_data = &job;
+  job.file_size = bytes.size();
   job.progress.progress_monitor = on_progress;
   job.decoder.progress = &job.progress;
   jpeg_mem_src(&job.decoder, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());

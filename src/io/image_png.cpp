@@ -92,6 +92,7 @@ struct ReadJob {
   std::size_t position = 0;
   png_structp png = nullptr;
   png_infop info = nullptr;
+  int passes = 1;
   PngErrors errors;
 
   explicit ReadJob(Bytes b) : bytes(b) {}
@@ -124,16 +125,24 @@ bool read_header(ReadJob& job) {
   return true;
 }
 
+/// Settles how the rows will be once expanded.
+bool prepare_rows(ReadJob& job) {
+  if (setjmp(png_jmpbuf(job.png)) != 0) {
+    return false;
+  }
+  job.passes = png_set_interlace_handling(job.png);
+  png_read_update_info(job.png, job.info);
+  return true;
+}
+
 /// Reads all rows into `pixels`, and the rest of the file.
 bool read_rows(ReadJob& job, png_bytep pixels) {
   if (setjmp(png_jmpbuf(job.png)) != 0) {
     return false;
   }
-  const int passes = png_set_interlace_handling(job.png);
-  png_read_update_info(job.png, job.info);
   const std::size_t stride = png_get_rowbytes(job.png, job.info);
   const png_uint_32 height = png_get_image_height(job.png, job.info);
-  for (int pass = 0; pass < passes; ++pass) {
+  for (int pass = 0; pass < job.passes; ++pass) {
     for (png_uint_32 y = 0; y < height; ++y) {
       png_read_row(job.png, pixels + y * stride, nullptr);
     }
@@ -207,16 +216,17 @@ Image decode_png(Bytes bytes, const std::string& file) {
   }
   const png_uint_32 width = png_get_image_width(job.png, job.info);
   const png_uint_32 height = png_get_image_height(job.png, job.info);
+  // Deflate packs at most 1032 bytes into one. Pixels of less than a byte count as one: nobody needs huge empty masks.
   const int bits = png_get_bit_depth(job.png, job.info) * png_get_channels(job.png, job.info);
-  constexpr double deflate_limit = 1032;  // bytes that one byte can stand for
-  check_image_size(width, height, bytes.size(), 8 * deflate_limit / bits, file);
-  // What the rows will be once expanded: palettes and transparent colours to RGB and alpha.
-  const bool wide = png_get_bit_depth(job.png, job.info) == 16;
-  const std::size_t most_bytes = static_cast<std::size_t>(width) * height * 4u * (wide ? 2u : 1u);
-  std::vector<std::uint8_t> raw(most_bytes);
+  check_image_size(width, height, bytes.size(), 8 * 1032.0 / std::max(bits, 8), file);
+  if (!prepare_rows(job)) {
+    fail_png(file, job);
+  }
+  std::vector<std::uint8_t> raw(png_get_rowbytes(job.png, job.info) * height);
   if (!read_rows(job, raw.data())) {
     fail_png(file, job);
   }
+  const bool wide = png_get_bit_depth(job.png, job.info) == 16;
   return to_linear(raw, static_cast<int>(width), static_cast<int>(height), png_get_channels(job.png, job.info), wide);
 }
 

@@ -31,7 +31,7 @@ void check_image_size(std::int64_t width, std::int64_t height, std::size_t file_
     fail_image(file, "the picture's size " + size + " exceeds 2^28 pixels");
   }
   if (static_cast<double>(width) * static_cast<double>(height) > pixels_per_byte * static_cast<double>(file_size)) {
-    fail_image(file, "a picture of " + size + " cannot be in a file of " + std::to_string(file_size) + " bytes");
+    fail_image(file, "a picture of " + size + " is too large for a file of " + std::to_string(file_size) + " bytes");
   }
 }
 
