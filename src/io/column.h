@@ -55,7 +55,8 @@ using RowPlace = std::function<std::string(std::size_t row)>;
 /// - Positions: the column "position" with 3 components, else the columns x, y, z (or a usual variant of those).
 /// - Scalar columns that are components of one vector are joined: vx,vy,vz; nx,ny,nz; red,green,blue; "name_x" ...
 /// - Known aliases get the name that the renderer looks for (v, vel -> velocity; Cd -> color; pscale -> radius; N ->
-///   normal; ...), the file's name staying in Attribute::file_name. Integer colours are scaled to 0...1.
+///   normal; ...), the file's name staying in Attribute::file_name. velocity, density, radius, normal and color are
+///   always float; integer colours are scaled to 0...1.
 /// - double attributes are rounded to float; integers are kept exactly (int32, or int64 where needed), except that
 ///   an uint64 above 2^63 - 1 wraps to the negative int64 of the same bits, with a note.
 /// - Particles with a non-finite coordinate are dropped and counted; other non-finite values become 0 and are counted.

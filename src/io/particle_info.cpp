@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "io/text.h"
 
 namespace embrun {
 
@@ -56,7 +57,7 @@ std::string radius_text(const ParticleInfo& info) {
 std::string attribute_text(const AttributeInfo& attribute) {
   // A file may have components by the thousand; a line holds a few.
   constexpr std::size_t most_ranges = 4;
-  std::string text = fmt::format("  {:<12} {}", attribute.name, to_string(attribute.type));
+  std::string text = fmt::format("  {:<12} {}", printable(attribute.name), to_string(attribute.type));
   if (attribute.components > 1) text += fmt::format(" x {}", attribute.components);
   text += ", ";
   for (std::size_t c = 0; c < std::min(attribute.components, most_ranges); ++c) {
@@ -64,7 +65,7 @@ std::string attribute_text(const AttributeInfo& attribute) {
   }
   if (attribute.components > most_ranges) text += " ...";
   if (attribute.strings > 0) text += fmt::format(", {} texts", attribute.strings);
-  if (!attribute.file_name.empty()) text += fmt::format(", \"{}\" in the file", attribute.file_name);
+  if (!attribute.file_name.empty()) text += fmt::format(", \"{}\" in the file", printable(attribute.file_name));
   return text + "\n";
 }
 

@@ -217,19 +217,25 @@ const char* canonical_name(const Column& column) {
   return nullptr;
 }
 
-/// Turns an integer colour into floats from 0 to 1.
-void scale_colour(Column& column) {
+/// Whether the renderer takes the attribute as a real number, whatever a file (a table of round numbers, say) has.
+bool is_quantity(std::string_view name) {
+  constexpr std::string_view names[] = {"velocity", "density", "radius", "normal", "color"};
+  return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
+
+/// Turns an integer column into floats; a colour's from 0 to 1.
+void make_real(Column& column) {
   if (is_float(column.type) || !column.strings.empty()) return;
-  const double scale = colour_scale(column);
-  Column scaled;
-  scaled.name = column.name;
-  scaled.file_name = column.file_name;
-  scaled.components = column.components;
-  scaled.missing = column.missing;
+  const double scale = column.name == "color" ? colour_scale(column) : 1;
+  Column real;
+  real.name = column.name;
+  real.file_name = column.file_name;
+  real.components = column.components;
+  real.missing = column.missing;
   for (std::size_t i = 0; i < column.value_count(); ++i) {
-    scaled.floats.push_back(static_cast<float>(column.value(i) / scale));
+    real.floats.push_back(static_cast<float>(column.value(i) / scale));
   }
-  column = std::move(scaled);
+  column = std::move(real);
 }
 
 /// Gives out attribute names so that none comes twice.
@@ -263,7 +269,7 @@ void add_attributes(ParticleSet& set, std::vector<Column>& columns) {
     if (const char* name = canonical_name(column); name && !names.taken(name)) {
       column.file_name = std::exchange(column.name, name);
     }
-    if (column.name == "color") scale_colour(column);
+    if (is_quantity(column.name)) make_real(column);
     const std::string name = names.claim(column.name);
     if (name != column.name) {
       set.notes.push_back(

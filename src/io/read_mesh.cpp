@@ -1,6 +1,7 @@
 #include "io/read_mesh.h"
 
 #include <cmath>
+#include <new>
 
 #include "io/column.h"
 #include "io/cursor.h"
@@ -45,6 +46,12 @@ TriangleMesh read_mesh_from_memory(std::span<const std::byte> file, std::string_
   return read_obj_mesh(file, name);
 }
 
-TriangleMesh read_mesh(const std::string& path) { return read_mesh_from_memory(read_file_bytes(path), path); }
+TriangleMesh read_mesh(const std::string& path) {
+  try {
+    return read_mesh_from_memory(read_file_bytes(path), path);
+  } catch (const std::bad_alloc&) {
+    fail_in_file(path, "", "", "there is not enough memory for it");
+  }
+}
 
 }  // namespace embrun

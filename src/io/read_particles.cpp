@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 
 #include "io/byte_stream.h"
 #include "io/cursor.h"
@@ -58,6 +59,12 @@ ParticleSet read_particles_from_memory(std::span<const std::byte> file, std::str
                            quoted(text.substr(0, 8))));
 }
 
-ParticleSet read_particles(const std::string& path) { return read_particles_from_memory(read_file_bytes(path), path); }
+ParticleSet read_particles(const std::string& path) {
+  try {
+    return read_particles_from_memory(read_file_bytes(path), path);
+  } catch (const std::bad_alloc&) {
+    fail_in_file(path, "", "", "there is not enough memory for it");
+  }
+}
 
 }  // namespace embrun

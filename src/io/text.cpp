@@ -54,6 +54,14 @@ std::string quoted(std::string_view text) {
   return result + "'";
 }
 
+std::string printable(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  }
+  return result;
+}
+
 std::string to_lower(std::string_view text) {
   std::string result(text);
   for (char& c : result) {

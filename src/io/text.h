@@ -20,6 +20,9 @@ std::optional<std::uint64_t> parse_uint64(std::string_view text);
 /// `text` between quotes for an error message: at most 40 characters, what is not printable as '?'.
 std::string quoted(std::string_view text);
 
+/// `text` with '?' for control characters, which would upset a terminal.
+std::string printable(std::string_view text);
+
 std::string to_lower(std::string_view text);
 
 /// Blank, tab and the line terminators.

@@ -66,9 +66,10 @@ TEST(ParticleInfo, BadNamesStillMakeGoodJson) {
   ParticleSet set;
   set.positions = {{1, 2, 3}, {1, 2, 4}};
   Attribute attribute;
-  attribute.name = "\xff\xfe\n";
+  attribute.name = "\xff\xfe\r";
   attribute.floats = {1, 2};
   set.attributes.push_back(attribute);
+  EXPECT_EQ(to_text(describe_particles(set, "f", std::nullopt)).find('\r'), std::string::npos);
   EXPECT_TRUE(nlohmann::json::accept(to_json(describe_particles(set, "\xc3", std::nullopt))));
 }
 
