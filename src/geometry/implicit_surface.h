@@ -33,13 +33,19 @@ struct alignas(64) SurfaceCell {
 };
 static_assert(sizeof(SurfaceCell) == 64);
 
-/// 4x4x4 cells: which are near the surface, which of the others are inside, and where the records begin.
-struct SurfaceTile {
-  std::uint64_t near_mask;
-  std::uint64_t inside_mask;
-  std::uint32_t first_cell;
-  std::uint32_t padding;
-};
+/// What a ray reads of each top-level cell, one word: for a near cell the flag and the index of its record; for another
+/// whether it is inside, and for each of the eight directions a ray may go (octant bit a set: up axis a) how many
+/// cells on it may skip: the edge of a cube that starts at the cell, extends forward and holds no near cell, as a
+/// three-bit code at bit 3 * octant.
+namespace cell_word {
+inline constexpr std::uint32_t near = 0x80000000u;
+inline constexpr std::uint32_t inside = 0x40000000u;
+/// The eight edges that the codes stand for, a byte each.
+inline constexpr std::uint64_t edges = 0x180c080604030201ull;
+EMBRUN_FN int skip(std::uint32_t word, int octant) {
+  return static_cast<int>((edges >> (8 * ((word >> (3 * octant)) & 7u))) & 0xffu);
+}
+}  // namespace cell_word
 
 /// Numbers a block of sixteen particles in the lists: x, y, z (16 each), then 1/b where radii differ, then the weight
 /// in lists of recovered particles (packed: 65535 w).
@@ -53,8 +59,7 @@ struct ImplicitSurfaceView {
   float cell_size;   ///< metres a grid unit
   int cells[3];      ///< multiples of 4
   int tiles[3];
-  const std::uint8_t* skip;  ///< [octant][tile][cell]: edge of the largest forward cube without a near cell
-  const SurfaceTile* tile;
+  const std::uint32_t* words;  ///< cell_word of each cell, 64 to a tile of 4x4x4, x fastest in both
   const SurfaceCell* cell;
   // Lists: 16-bit coordinates on the cell's lattice when all radii are equal, else floats in grid units.
   const std::uint16_t* packed_lists;

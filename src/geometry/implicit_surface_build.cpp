@@ -12,7 +12,7 @@
 #include "geometry/implicit_surface_storage.h"
 #include "geometry/kernels.h"
 #include "geometry/particle_blocks.h"
-#include "geometry/skip_distances.h"
+#include "geometry/cell_words.h"
 #include "geometry/surface_model.h"
 
 namespace embrun {
@@ -580,8 +580,8 @@ void join_pieces(std::vector<Piece>& pieces, std::vector<SurfaceTile>& tiles, Im
     storage.stats.mean_list_length += static_cast<double>(pieces[i].list_entries);
   }
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  if (total.cells > most || total.packed / packed_stride > most || total.wide / wide_stride > most) {
-    throw Error("the surface has more cells than 32-bit indices can name");
+  if (total.cells >= cell_word::inside || total.packed / packed_stride > most || total.wide / wide_stride > most) {
+    throw Error("the surface has more cells than its indices can name");
   }
   storage.cells.resize(total.cells);
   storage.packed_lists.resize(total.packed);
@@ -657,7 +657,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   auto storage = std::make_unique<ImplicitSurface::Storage>();
   const std::size_t tile_count = static_cast<std::size_t>(plan.tiles[0]) * static_cast<std::size_t>(plan.tiles[1]) *
                                  static_cast<std::size_t>(plan.tiles[2]);
-  storage->tiles.resize(tile_count);
+  std::vector<SurfaceTile> tiles(tile_count);
   std::vector<Piece> pieces((tile_count + tiles_per_piece - 1) / tiles_per_piece);
   parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
     TileBuilder builder(plan, sorted, positions, radii, blocks, model, recovered_blocks, recovered);
@@ -667,12 +667,12 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
         const auto row = static_cast<std::size_t>(plan.tiles[0]);
         const auto slab = row * static_cast<std::size_t>(plan.tiles[1]);
         builder.build(static_cast<int>(t % row), static_cast<int>(t % slab / row), static_cast<int>(t / slab), pieces[i],
-                      storage->tiles[t]);
+                      tiles[t]);
       }
     }
   });
-  join_pieces(pieces, storage->tiles, *storage);
-  storage->skip = skip_distances(storage->tiles, plan.tiles);
+  join_pieces(pieces, tiles, *storage);
+  storage->words = make_cell_words(tiles, plan.tiles);
 
   ImplicitSurfaceView& view = storage->view;
   for (int a = 0; a < 3; ++a) {
@@ -681,8 +681,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
     view.tiles[a] = plan.tiles[a];
   }
   view.cell_size = static_cast<float>(plan.cell_size);
-  view.skip = storage->skip.data();
-  view.tile = storage->tiles.data();
+  view.words = storage->words.data();
   view.cell = storage->cells.data();
   view.packed_lists = storage->packed_lists.data();
   view.wide_lists = storage->wide_lists.data();
@@ -703,7 +702,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   stats.recovered_particles = recovered.size();
   stats.cells = tile_count * tile_cells;
   stats.mean_list_length /= std::max<double>(1.0, static_cast<double>(stats.near_cells));
-  stats.bytes = storage->skip.size() + storage->tiles.size() * sizeof(SurfaceTile) +
+  stats.bytes = storage->words.size() * sizeof(std::uint32_t) +
                 storage->cells.size() * sizeof(SurfaceCell) + storage->packed_lists.size() * sizeof(std::uint16_t) +
                 storage->packed_recovered.size() * sizeof(std::uint16_t) +
                 (storage->wide_lists.size() + storage->wide_recovered.size()) * sizeof(float);

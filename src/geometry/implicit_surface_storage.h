@@ -8,8 +8,7 @@ namespace embrun {
 
 /// The arrays of a built surface.
 struct ImplicitSurface::Storage {
-  std::vector<std::uint8_t> skip;
-  std::vector<SurfaceTile> tiles;
+  std::vector<std::uint32_t> words;
   std::vector<SurfaceCell> cells;
   std::vector<std::uint16_t> packed_lists, packed_recovered;
   std::vector<float> wide_lists, wide_recovered;

@@ -335,22 +335,25 @@ EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCe
   return false;
 }
 
-EMBRUN_FN std::size_t surface_tile_of(const ImplicitSurfaceView& s, const int c[3]) {
-  return (static_cast<std::size_t>(c[2] >> 2) * static_cast<std::size_t>(s.tiles[1]) +
-          static_cast<std::size_t>(c[1] >> 2)) *
-             static_cast<std::size_t>(s.tiles[0]) +
-         static_cast<std::size_t>(c[0] >> 2);
+/// The word of a top-level cell.
+EMBRUN_FN const std::uint32_t* surface_word(const ImplicitSurfaceView& s, int x, int y, int z) {
+  const std::size_t tile =
+      (static_cast<std::size_t>(z >> 2) * static_cast<std::size_t>(s.tiles[1]) + static_cast<std::size_t>(y >> 2)) *
+          static_cast<std::size_t>(s.tiles[0]) +
+      static_cast<std::size_t>(x >> 2);
+  return s.words + tile * 64 + static_cast<std::size_t>((z & 3) * 16 + (y & 3) * 4 + (x & 3));
 }
-EMBRUN_FN int surface_cell_in_tile(const int c[3]) { return (c[2] & 3) * 16 + (c[1] & 3) * 4 + (c[0] & 3); }
 
-EMBRUN_FN const SurfaceCell* surface_cell_record(const ImplicitSurfaceView& s, const SurfaceTile& tile, int in_tile) {
-  const std::uint64_t below = tile.near_mask & ((std::uint64_t{1} << in_tile) - 1);
-#if defined(__CUDA_ARCH__)
-  const int rank = __popcll(below);
+EMBRUN_FN const SurfaceCell* surface_record(const ImplicitSurfaceView& s, std::uint32_t word) {
+  return s.cell + (word & ~cell_word::near);
+}
+
+EMBRUN_FN void prefetch(const void* address) {
+#if !defined(__CUDACC__)
+  __builtin_prefetch(address);
 #else
-  const int rank = __builtin_popcountll(below);
+  (void)address;
 #endif
-  return s.cell + tile.first_cell + rank;
 }
 
 /// Whether a point (grid units) is in the body.
@@ -361,10 +364,9 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
     if (!(p[a] >= 0.0f && p[a] < static_cast<float>(s.cells[a]))) return false;
     c[a] = min_of(static_cast<int>(p[a]), s.cells[a] - 1);
   }
-  const SurfaceTile& tile = s.tile[surface_tile_of(s, c)];
-  const int in_tile = surface_cell_in_tile(c);
-  if (((tile.near_mask >> in_tile) & 1u) == 0) return ((tile.inside_mask >> in_tile) & 1u) != 0;
-  const SurfaceCell* cell = surface_cell_record(s, tile, in_tile);
+  const std::uint32_t word = *surface_word(s, c[0], c[1], c[2]);
+  if ((word & cell_word::near) == 0) return (word & cell_word::inside) != 0;
+  const SurfaceCell* cell = surface_record(s, word);
   Vec3 center{static_cast<float>(c[0]) + 0.5f, static_cast<float>(c[1]) + 0.5f, static_cast<float>(c[2]) + 0.5f};
   float half = 0.5f;
   while (cell->kind == SurfaceCellKind::split) {
@@ -382,58 +384,54 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
 
 /// Walks the top grid from t = low to high (grid units from ray.origin).
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side, float& t,
-                         SurfaceHit& hit) {
+EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side,
+                               float& t, SurfaceHit& hit) {
   const Vec3 start = ray.origin + ray.direction * low;
   int c[3];
   for (int a = 0; a < 3; ++a) c[a] = min_of(max_of(static_cast<int>(floorf(start[a])), 0), s.cells[a] - 1);
+  std::uint32_t word = *surface_word(s, c[0], c[1], c[2]);
 
-  const bool known = side != Side::unknown;
+  bool starts_on_surface = side != Side::unknown;
   bool inside = side == Side::inside;
-  {
-    const SurfaceTile& tile = s.tile[surface_tile_of(s, c)];
-    const int in_tile = surface_cell_in_tile(c);
-    if (((tile.near_mask >> in_tile) & 1u) == 0) {
-      inside = ((tile.inside_mask >> in_tile) & 1u) != 0;
-    } else if (!known) {
-      inside = contains_grid_point<kernel, equal_radii>(s, start);
-    }
+  if ((word & cell_word::near) == 0) {
+    inside = (word & cell_word::inside) != 0;
+  } else if (side == Side::unknown) {
+    inside = contains_grid_point<kernel, equal_radii>(s, start);
   }
 
   const int sx = ray.direction.x >= 0.0f, sy = ray.direction.y >= 0.0f, sz = ray.direction.z >= 0.0f;
-  const std::uint8_t* skip = s.skip + static_cast<std::size_t>(sx + 2 * sy + 4 * sz) *
-                                          (static_cast<std::size_t>(s.tiles[0]) * static_cast<std::size_t>(s.tiles[1]) *
-                                           static_cast<std::size_t>(s.tiles[2]) * 64);
-  bool starts_on_surface = known;
+  const int octant = sx + 2 * sy + 4 * sz;
   for (;;) {
-    const std::size_t tile = surface_tile_of(s, c);
-    const int in_tile = surface_cell_in_tile(c);
-    const int edge = skip[tile * 64 + static_cast<std::size_t>(in_tile)];
-    const int reach = max_of(edge, 1);
+    const bool near = (word & cell_word::near) != 0;
+    const int reach = near ? 1 : cell_word::skip(word, octant);
     // The forward cube of `reach` cells, and where the ray leaves it.
     const int lx = sx ? c[0] : c[0] + 1 - reach, ly = sy ? c[1] : c[1] + 1 - reach, lz = sz ? c[2] : c[2] + 1 - reach;
     const Vec3 corner{static_cast<float>(lx), static_cast<float>(ly), static_cast<float>(lz)};
     const float size = static_cast<float>(reach);
     int axis;
-    float end = max_of(box_exit(ray, corner, corner + Vec3{size, size, size}, axis), low);
-    if (edge == 0) {
-      const Vec3 center = corner + Vec3{0.5f, 0.5f, 0.5f};
-      const SurfaceCell* cell = surface_cell_record(s, s.tile[tile], in_tile);
-      if (near_cell_hit<kernel, equal_radii>(s, cell, center, ray, inside, low, min_of(end, high), starts_on_surface, t,
-                                             hit)) {
-        return true;
-      }
-      starts_on_surface = false;
-    }
-    if (end >= high) return false;
-    low = end;
-    // Exactly one cell on along the axis of exit; on the others where the ray is, within the cube just left.
+    const float end = max_of(box_exit(ray, corner, corner + Vec3{size, size, size}, axis), low);
+    // The next cell: exactly one on along the axis of exit; on the others where the ray is, within the cube.
     const Vec3 p = ray.origin + ray.direction * end;
     c[0] = axis == 0 ? (sx ? lx + reach : lx - 1) : min_of(max_of(static_cast<int>(floorf(p.x)), lx), lx + reach - 1);
     c[1] = axis == 1 ? (sy ? ly + reach : ly - 1) : min_of(max_of(static_cast<int>(floorf(p.y)), ly), ly + reach - 1);
     c[2] = axis == 2 ? (sz ? lz + reach : lz - 1) : min_of(max_of(static_cast<int>(floorf(p.z)), lz), lz + reach - 1);
-    if (c[axis] < 0 || c[axis] >= s.cells[axis]) return false;
-    if (c[0] < 0 || c[0] >= s.cells[0] || c[1] < 0 || c[1] >= s.cells[1] || c[2] < 0 || c[2] >= s.cells[2]) return false;
+    const bool leaves = end >= high || static_cast<unsigned>(c[0]) >= static_cast<unsigned>(s.cells[0]) ||
+                        static_cast<unsigned>(c[1]) >= static_cast<unsigned>(s.cells[1]) ||
+                        static_cast<unsigned>(c[2]) >= static_cast<unsigned>(s.cells[2]);
+    // Its word and record are on their way while this cell is looked into: the walk waits for memory most of all.
+    std::uint32_t next = 0;
+    if (!leaves) {
+      next = *surface_word(s, c[0], c[1], c[2]);
+      if ((next & cell_word::near) != 0) prefetch(surface_record(s, next));
+    }
+    if (near && near_cell_hit<kernel, equal_radii>(s, surface_record(s, word), corner + Vec3{0.5f, 0.5f, 0.5f}, ray,
+                                                   inside, low, min_of(end, high), starts_on_surface, t, hit)) {
+      return true;
+    }
+    if (leaves) return false;
+    starts_on_surface = starts_on_surface && !near;
+    low = end;
+    word = next;
   }
 }
 

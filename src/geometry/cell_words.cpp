@@ -1,4 +1,4 @@
-#include "geometry/skip_distances.h"
+#include "geometry/cell_words.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,7 +9,15 @@ namespace embrun {
 
 namespace {
 
-constexpr std::uint8_t longest = 250;
+/// The largest edge that a word can name.
+constexpr std::uint8_t longest = 24;
+
+/// The code of the largest nameable edge that is not over `edge`, which must be 1 or more.
+std::uint32_t code_of(std::uint8_t edge) {
+  std::uint32_t code = 7;
+  while (((cell_word::edges >> (8 * code)) & 0xffu) > edge) --code;
+  return code;
+}
 
 struct Rows {
   std::size_t nx, ny, nz;
@@ -64,7 +72,7 @@ void sweep(const Rows& rows, int octant, std::uint8_t* out) {
 
 }  // namespace
 
-std::vector<std::uint8_t> skip_distances(std::span<const SurfaceTile> tiles, const int tile_counts[3]) {
+std::vector<std::uint32_t> make_cell_words(std::span<const SurfaceTile> tiles, const int tile_counts[3]) {
   const auto tx = static_cast<std::size_t>(tile_counts[0]), ty = static_cast<std::size_t>(tile_counts[1]);
   const std::size_t nx = 4 * tx, ny = 4 * ty, nz = 4 * static_cast<std::size_t>(tile_counts[2]);
   std::vector<std::uint8_t> near(nx * ny * nz);
@@ -76,14 +84,34 @@ std::vector<std::uint8_t> skip_distances(std::span<const SurfaceTile> tiles, con
       }
     }
   });
-  std::vector<std::uint8_t> skip(8 * near.size());
+  std::vector<std::uint8_t> edges(8 * near.size());
   const Rows rows{nx, ny, nz, near.data()};
   parallel_for(8, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t octant = begin; octant < end; ++octant) {
-      sweep(rows, static_cast<int>(octant), skip.data() + octant * near.size());
+      sweep(rows, static_cast<int>(octant), edges.data() + octant * near.size());
     }
   });
-  return skip;
+  std::uint32_t codes[longest + 1] = {};
+  for (std::uint8_t edge = 1; edge <= longest; ++edge) codes[edge] = code_of(edge);
+  std::vector<std::uint32_t> words(near.size());
+  parallel_for(tiles.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const SurfaceTile& tile = tiles[t];
+      std::uint32_t record = tile.first_cell;
+      for (std::size_t c = 0; c < 64; ++c) {
+        std::uint32_t& word = words[t * 64 + c];
+        if ((tile.near_mask >> c) & 1u) {
+          word = cell_word::near | record++;
+          continue;
+        }
+        word = (tile.inside_mask >> c) & 1u ? cell_word::inside : 0u;
+        for (std::size_t octant = 0; octant < 8; ++octant) {
+          word |= codes[edges[octant * near.size() + t * 64 + c]] << (3 * octant);
+        }
+      }
+    }
+  });
+  return words;
 }
 
 }  // namespace embrun
