@@ -44,7 +44,7 @@ struct RenderOptions {
   std::uint32_t seed = 0;
   int threads = 0;                         ///< 0: as many as the machine has
   std::string filter = "box";              ///< of a pixel: box, tent, gaussian, blackman-harris
-  int max_depth = 32;                      ///< scattering events of a path
+  int max_depth = 256;                     ///< scattering events of a path
   int refractions = -1;                    ///< after that many a ray goes straight on; -1: any number
 
   // The camera: from and to, or a view that is framed on the particles.

@@ -19,7 +19,7 @@ struct PathSettings {
   LightStrategy lights = LightStrategy::mis;
   /// Most scattering events of a path, 0 to 65535; the light met after the last one counts. Index-matched
   /// boundaries are no events.
-  int max_depth = 32;
+  int max_depth = 256;
   /// Events after which Russian roulette may end a path.
   int roulette_depth = 3;
   /// Interfaces that a path may go through by refraction, or -1 for any number. After the last one every interface

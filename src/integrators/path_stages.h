@@ -292,7 +292,7 @@ EMBRUN_LOCAL_FN Rgb trace_shadow_ray(const PathScene& scene, const Intersector& 
   Rgb light = shadow.contribution;
   if (intersect_lights(scene.lights, whole).light >= 0) return {};
   for (int passes = 0; passes <= max_passes; ++passes) {
-    ++counters.shadow_rays;
+    ++counters.shadow.rays;
     SceneHit hit;
     const bool found = intersector.intersect(ray, shadow.media, hit);
     const int here = shadow.media.current();

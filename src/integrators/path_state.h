@@ -36,11 +36,15 @@ struct PathState {
   Rgb albedo;
 };
 
+/// Rays of one kind. A few of the batches are timed, with the clock of their thread.
+struct RayCounter {
+  std::uint64_t rays = 0;
+  std::uint64_t timed_rays = 0, timed_ns = 0;
+};
+
 /// What a batch of paths counted.
 struct PathCounters {
-  // Rays by kind, and the time their intersections took.
-  std::uint64_t camera_rays = 0, outside_rays = 0, inside_rays = 0, shadow_rays = 0;
-  std::uint64_t camera_ns = 0, outside_ns = 0, inside_ns = 0, shadow_ns = 0;
+  RayCounter camera, outside, inside, shadow;  ///< secondary rays by what they start in: air, or anything else
   std::uint64_t paths = 0;
   std::uint64_t scatterings = 0;
   std::uint64_t bends = 0;           ///< directions that a shading normal sent across the true surface
@@ -48,15 +52,17 @@ struct PathCounters {
   std::uint64_t stuck = 0;           ///< paths ended after max_passes crossings without an event
 };
 
+EMBRUN_FN void add(RayCounter& sum, const RayCounter& c) {
+  sum.rays += c.rays;
+  sum.timed_rays += c.timed_rays;
+  sum.timed_ns += c.timed_ns;
+}
+
 EMBRUN_FN void add(PathCounters& sum, const PathCounters& c) {
-  sum.camera_rays += c.camera_rays;
-  sum.outside_rays += c.outside_rays;
-  sum.inside_rays += c.inside_rays;
-  sum.shadow_rays += c.shadow_rays;
-  sum.camera_ns += c.camera_ns;
-  sum.outside_ns += c.outside_ns;
-  sum.inside_ns += c.inside_ns;
-  sum.shadow_ns += c.shadow_ns;
+  add(sum.camera, c.camera);
+  add(sum.outside, c.outside);
+  add(sum.inside, c.inside);
+  add(sum.shadow, c.shadow);
   sum.paths += c.paths;
   sum.scatterings += c.scatterings;
   sum.bends += c.bends;

@@ -57,8 +57,8 @@ double cpu_seconds() {
 std::string number(double v) { return fmt::format("{:.7g}", v + 0.0); }
 std::string triple(Vec3d v) { return number(v.x) + "," + number(v.y) + "," + number(v.z); }
 
-RayReport ray_report(std::uint64_t rays, std::uint64_t timed, std::uint64_t nanoseconds) {
-  return {rays, nanoseconds > 0 ? 1e9 * static_cast<double>(timed) / static_cast<double>(nanoseconds) : 0};
+RayReport ray_report(const RayCounter& c) {
+  return {c.rays, c.timed_ns > 0 ? 1e9 * static_cast<double>(c.timed_rays) / static_cast<double>(c.timed_ns) : 0};
 }
 
 ParticleSet to_set(const Particles& particles) {
@@ -313,10 +313,10 @@ RenderReport Renderer::report() const {
   r.bad_samples = bad_samples(s.film);
   r.relative_error = r.samples_done > 0 ? relative_error(resolve(s.film)) : 0;
   const PathCounters& p = s.counts.paths;
-  r.camera_rays = ray_report(p.camera_rays, p.camera_rays, p.camera_ns);
-  r.outside_rays = ray_report(p.outside_rays, p.outside_rays, p.outside_ns);
-  r.inside_rays = ray_report(p.inside_rays, p.inside_rays, p.inside_ns);
-  r.shadow_rays = ray_report(p.shadow_rays, p.shadow_rays, p.shadow_ns);
+  r.camera_rays = ray_report(p.camera);
+  r.outside_rays = ray_report(p.outside);
+  r.inside_rays = ray_report(p.inside);
+  r.shadow_rays = ray_report(p.shadow);
   r.scatterings = p.scatterings;
   r.bent_directions = p.bends;
   r.medium_contradictions = p.contradictions;

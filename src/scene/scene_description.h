@@ -151,7 +151,7 @@ struct IntegratorDescription {
   std::uint32_t seed = 0;
   SamplerKind sampler = SamplerKind::sobol;
   int samples = 64;         ///< per pixel
-  int max_depth = 32;       ///< scattering events, 0 to 65535
+  int max_depth = 256;      ///< scattering events, 0 to 65535
   int max_refractions = -1; ///< -1: any number
   int roulette_depth = 3;
 };

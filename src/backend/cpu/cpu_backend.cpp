@@ -14,6 +14,7 @@ namespace embrun {
 namespace {
 
 constexpr int tile_side = 16;
+constexpr std::uint64_t timed_batches = 16;   // one of so many
 constexpr std::size_t most_bad_samples = 16;  // that are kept by name
 
 /// Working memory of a thread, aligned for any instruction set.
@@ -121,7 +122,8 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
       }
       const int n = static_cast<int>(std::min<std::uint64_t>(batch_size, task.total() - begin));
       for (int i = 0; i < n; ++i) samples[i] = task.sample(begin + static_cast<std::uint64_t>(i));
-      kernels_.trace_samples(path_scene_, view_, samples, n, results, batch, counters);
+      const bool timed = (static_cast<std::uint64_t>(index) + begin / batch_size) % timed_batches == 0;
+      kernels_.trace_samples(path_scene_, view_, samples, n, results, timed, batch, counters);
       for (int i = 0; i < n; ++i)
         if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) && bad.size() < most_bad_samples)
           bad.push_back(samples[i]);

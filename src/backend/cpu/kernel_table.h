@@ -27,9 +27,9 @@ struct KernelTable {
   const char* name;
   std::size_t batch_bytes;  ///< size of a PathBatch
 
-  /// Follows `count` (at most batch_size) samples to their ends.
+  /// Follows `count` (at most batch_size) samples to their ends; `timed`: measures how long their rays take.
   void (*trace_samples)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
-                        FilmSample* results, PathBatch& batch, PathCounters& counters);
+                        FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
   /// Which bodies hold a point.
   MediaState (*media_at)(const CpuSceneView&, Vec3 point);
   /// The path tracer's intersections alone, one ray after the other; media[i] is what ray i starts in.

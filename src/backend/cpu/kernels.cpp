@@ -14,10 +14,10 @@ namespace EMBRUN_ISA_NAMESPACE {
 namespace {
 
 void trace_samples(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
-                   FilmSample* results, PathBatch& batch, PathCounters& counters) {
+                   FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
   const CpuIntersector intersector{view};
   for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
-  trace_batch(scene, intersector, batch, count, counters);
+  trace_batch(scene, intersector, batch, count, timed, counters);
   for (int i = 0; i < count; ++i) results[i] = film_sample(batch.paths[i]);
 }
 

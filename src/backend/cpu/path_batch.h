@@ -20,11 +20,27 @@ struct BasicPathBatch {
   std::uint16_t lit[Size];     ///< slots whose shadow ray is to be traced
 };
 
-EMBRUN_FN std::uint64_t clock_ns() {
+/// Processor time of this thread: what others do on the machine does not count.
+EMBRUN_FN std::uint64_t thread_ns() {
   timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<std::uint64_t>(now.tv_sec) * 1000000000u + static_cast<std::uint64_t>(now.tv_nsec);
 }
+
+/// Times what is done to some rays, if asked to: reading the clock costs as much as a few rays.
+class RayTimer {
+ public:
+  EMBRUN_FN explicit RayTimer(bool timed) : timed_(timed), start_(timed ? thread_ns() : 0) {}
+  EMBRUN_FN void stop(RayCounter& counter, std::uint64_t rays) const {
+    if (!timed_ || rays == 0) return;
+    counter.timed_ns += thread_ns() - start_;
+    counter.timed_rays += rays;
+  }
+
+ private:
+  bool timed_;
+  std::uint64_t start_;
+};
 
 /// What a path brought to its pixel.
 EMBRUN_FN FilmSample film_sample(const PathState& path) {
@@ -37,17 +53,18 @@ EMBRUN_FN FilmSample film_sample(const PathState& path) {
   return sample;
 }
 
-/// Stage: the nearest crossing of each listed path. Returns the time it took.
+/// Stage: the nearest crossing of each listed path.
 template <class Intersector, class Batch>
-EMBRUN_LOCAL_FN std::uint64_t intersect_stage(const Intersector& intersector, Batch& batch, const std::uint16_t* slots,
-                                              int count) {
-  if (count == 0) return 0;
-  const std::uint64_t start = clock_ns();
+EMBRUN_LOCAL_FN void intersect_stage(const Intersector& intersector, Batch& batch, const std::uint16_t* slots, int count,
+                                     bool timed, RayCounter& counter) {
+  if (count == 0) return;
+  const RayTimer timer(timed);
   for (int i = 0; i < count; ++i) {
     const int slot = slots[i];
     batch.found[slot] = intersector.intersect(batch.paths[slot].ray, batch.paths[slot].media, batch.hits[slot]);
   }
-  return clock_ns() - start;
+  counter.rays += static_cast<std::uint64_t>(count);
+  timer.stop(counter, static_cast<std::uint64_t>(count));
 }
 
 /// Puts the active paths that are in air before those that are not; returns how many are.
@@ -83,27 +100,27 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
 /// Stage: the shadow rays.
 template <class Intersector, class Batch>
 EMBRUN_LOCAL_FN void shadow_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
-                                  PathCounters& counters) {
+                                  bool timed, PathCounters& counters) {
   if (count == 0) return;
-  const std::uint64_t start = clock_ns();
+  const RayTimer timer(timed);
+  const std::uint64_t before = counters.shadow.rays;
   for (int i = 0; i < count; ++i) {
     const int slot = batch.lit[i];
     batch.paths[slot].radiance += trace_shadow_ray(scene, intersector, batch.shadows[slot], counters);
   }
-  counters.shadow_ns += clock_ns() - start;
+  timer.stop(counters.shadow, counters.shadow.rays - before);
 }
 
 /// Takes the paths in slots 0 to count - 1 to their ends, all of them a stage at a time.
 template <class Intersector, class Batch>
 EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
-                                 PathCounters& counters) {
+                                 bool timed, PathCounters& counters) {
   for (int i = 0; i < count; ++i) batch.active[i] = static_cast<std::uint16_t>(i);
   counters.paths += static_cast<std::uint64_t>(count);
-  counters.camera_rays += static_cast<std::uint64_t>(count);
-  counters.camera_ns += intersect_stage(intersector, batch, batch.active, count);
+  intersect_stage(intersector, batch, batch.active, count, timed, counters.camera);
   while (count > 0) {
     const int lit = shade_stage(scene, intersector, batch, count, counters);
-    shadow_stage(scene, intersector, batch, lit, counters);
+    shadow_stage(scene, intersector, batch, lit, timed, counters);
 
     int alive = 0;
     for (int i = 0; i < count; ++i)
@@ -111,10 +128,8 @@ EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& inte
     count = alive;
 
     const int outside = order_by_side(batch, count);
-    counters.outside_rays += static_cast<std::uint64_t>(outside);
-    counters.inside_rays += static_cast<std::uint64_t>(count - outside);
-    counters.outside_ns += intersect_stage(intersector, batch, batch.ordered, outside);
-    counters.inside_ns += intersect_stage(intersector, batch, batch.ordered + outside, count - outside);
+    intersect_stage(intersector, batch, batch.ordered, outside, timed, counters.outside);
+    intersect_stage(intersector, batch, batch.ordered + outside, count - outside, timed, counters.inside);
   }
 }
 

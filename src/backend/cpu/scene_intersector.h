@@ -143,7 +143,8 @@ struct CpuIntersector {
     query.ray.org_x = ray.origin.x;
     query.ray.org_y = ray.origin.y;
     query.ray.org_z = ray.origin.z;
-    query.ray.tnear = ray.t_min;
+    // Embree counts the start of the extent in: the last crossing must not be met again.
+    query.ray.tnear = ray.t_min * (1.0f + 2.5e-7f);
     query.ray.dir_x = ray.direction.x;
     query.ray.dir_y = ray.direction.y;
     query.ray.dir_z = ray.direction.z;
