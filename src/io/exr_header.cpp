@@ -68,15 +68,79 @@ class HeaderReader {
 /// Size of the pixel type: uint, half, float.
 std::int64_t type_bytes(std::uint32_t type) { return type == 1 ? 2 : 4; }
 
-void read_channel_list(HeaderReader reader, std::size_t size, Part& part) {
-  const std::size_t end = reader.position() + size;
-  part.pixel_bytes = 0;
+/// Bytes that the listed channels take in a pixel. Leaves `reader` at the end of the list.
+std::int64_t read_channel_list(HeaderReader& reader) {
+  std::int64_t bytes = 0;
   while (!reader.take_text().empty()) {
-    part.pixel_bytes += type_bytes(reader.take_u32());
+    bytes += type_bytes(reader.take_u32());
     (void)reader.take(12);  // linearity, padding, sampling in x and y
-    if (reader.position() > end) {
-      reader.fail("the channel list is longer than it says");
+  }
+  return bytes;
+}
+
+/// Length of an attribute's value where its type has one, else 0.
+std::size_t fixed_size_of(std::string_view type) {
+  struct TypeSize {
+    std::string_view type;
+    std::size_t size;
+  };
+  static constexpr TypeSize sizes[] = {{"box2f", 16},
+                                       {"box2i", 16},
+                                       {"chromaticities", 32},
+                                       {"compression", 1},
+                                       {"deepImageState", 1},
+                                       {"double", 8},
+                                       {"envmap", 1},
+                                       {"float", 4},
+                                       {"int", 4},
+                                       {"keycode", 28},
+                                       {"lineOrder", 1},
+                                       {"m33d", 72},
+                                       {"m33f", 36},
+                                       {"m44d", 128},
+                                       {"m44f", 64},
+                                       {"rational", 8},
+                                       {"tiledesc", 9},
+                                       {"timecode", 8},
+                                       {"v2d", 16},
+                                       {"v2f", 8},
+                                       {"v2i", 8},
+                                       {"v3d", 24},
+                                       {"v3f", 12},
+                                       {"v3i", 12}};
+  for (const TypeSize& entry : sizes) {
+    if (type == entry.type) {
+      return entry.size;
     }
+  }
+  return 0;
+}
+
+/// OpenEXR reads a value by its type, whatever length is stated before it, and the next attribute after that: the
+/// two must agree, or it reads another header than was checked here.
+void check_value_size(HeaderReader value, std::string_view type, std::size_t size) {
+  const std::size_t end = value.position() + size;
+  const std::size_t fixed = fixed_size_of(type);
+  bool right = fixed == 0 || size == fixed;
+  if (type == "chlist") {
+    (void)read_channel_list(value);
+    right = value.position() == end;
+  } else if (type == "floatvector") {
+    right = size % 4 == 0;
+  } else if (type == "preview") {
+    const std::uint64_t width = value.take_u32();
+    const std::uint64_t height = value.take_u32();
+    right = width < (1u << 15) && height < (1u << 15) && size == 8 + 4 * width * height;
+  } else if (type == "stringvector") {
+    while (value.position() + 4 <= end) {
+      (void)value.take(value.take_u32());
+    }
+    right = value.position() == end;
+  } else if (type == "idmanifest") {
+    value.fail("an ID manifest, which is not read");
+  }
+  if (!right) {
+    value.fail("an attribute of type " + std::string(type) + " has the wrong length " + std::to_string(size));
   }
 }
 
@@ -97,17 +161,17 @@ bool read_part(HeaderReader& reader, Part& part) {
     }
     const std::string_view type = reader.take_text();
     const std::size_t size = reader.take_u32();
-    const HeaderReader value = reader;
+    HeaderReader value = reader;
     const Bytes raw = reader.take(size);
+    check_value_size(value, type, size);
     if (name == "channels" && type == "chlist") {
-      read_channel_list(value, size, part);
-    } else if (name == "dataWindow" && type == "box2i" && size == 16) {
+      part.pixel_bytes = read_channel_list(value);
+    } else if (name == "dataWindow" && type == "box2i") {
       read_window(value, part);
-    } else if (name == "tiles" && type == "tiledesc" && size == 9) {
-      HeaderReader tiles = value;
-      part.tile_width = tiles.take_u32();
-      part.tile_height = tiles.take_u32();
-    } else if (name == "compression" && type == "compression" && size == 1) {
+    } else if (name == "tiles" && type == "tiledesc") {
+      part.tile_width = value.take_u32();
+      part.tile_height = value.take_u32();
+    } else if (name == "compression" && type == "compression") {
       part.compression = std::to_integer<int>(raw[0]);
     }
   }

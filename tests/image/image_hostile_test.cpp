@@ -139,6 +139,23 @@ TEST(HostileImages, OverwrittenBytes) {
   }
 }
 
+TEST(HostileImages, ExrAttributesWhoseLengthIsNotTheirTypes) {
+  // OpenEXR would read the value by its type, and then take any bytes for the next attribute.
+  const std::string text = content_of(std::filesystem::path(EMBRUN_TEST_DATA_DIR) / "images" / "tiled_piz_half.exr");
+  for (const std::string type : {"box2i", "chlist", "compression", "float", "lineOrder", "tiledesc", "v2f"}) {
+    const std::size_t length_at = text.find('\0' + type + '\0') + type.size() + 2;
+    std::string damaged = text;
+    damaged[length_at] = static_cast<char>(damaged[length_at] + 1);
+    try {
+      (void)read_image(bytes_of(damaged), "hostile");
+      FAIL() << type;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("attribute of type " + type + " has the wrong length"), std::string::npos)
+          << e.what();
+    }
+  }
+}
+
 TEST(HostileImages, HugeSizesInTinyFiles) {
   const MemoryWatch watch;
   // The data window's corners and the tiles' sizes of an EXR header, overwritten with extremes.
