@@ -15,7 +15,7 @@ shift
 cmake --preset fuzz "${configure_options[@]}" > /dev/null
 names=("$@")
 if [ $# = 0 ]; then
-  mapfile -t names < <(cmake --build build/fuzz --target help | sed -nE 's/^fuzz_([a-z0-9_]+): .*/\1/p' | sort -u)
+  mapfile -t names < <(ninja -C build/fuzz -t targets all | sed -nE 's#^(.*/)?fuzz_([a-z0-9_]+): .*#\2#p' | sort -u)
 fi
 cmake --build build/fuzz --target "${names[@]/#/fuzz_}" > build/fuzz/fuzzers.log || { cat build/fuzz/fuzzers.log; exit 1; }
 share=$((total / ${#names[@]}))
