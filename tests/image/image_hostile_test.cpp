@@ -143,7 +143,7 @@ TEST(HostileImages, ExrAttributesWhoseLengthIsNotTheirTypes) {
   // OpenEXR would read the value by its type, and then take any bytes for the next attribute.
   const std::string text = content_of(std::filesystem::path(EMBRUN_TEST_DATA_DIR) / "images" / "tiled_piz_half.exr");
   for (const std::string type : {"box2i", "chlist", "compression", "float", "lineOrder", "tiledesc", "v2f"}) {
-    const std::size_t length_at = text.find('\0' + type + '\0') + type.size() + 2;
+    const std::size_t length_at = text.rfind('\0' + type + '\0') + type.size() + 2;
     std::string damaged = text;
     damaged[length_at] = static_cast<char>(damaged[length_at] + 1);
     try {
