@@ -35,6 +35,8 @@ struct FieldSums {
                   FieldSample* samples);
   /// Adds D at the 8 x 8 x 8 points corner + cell (i, j, k), i fastest, to values.
   void (*lattice)(Kernel kernel, const BlockList& list, Vec3 corner, float cell, float* values);
+  /// An upper bound of D in the box [low, high]: every particle as near as the box lets it be.
+  float (*most)(Kernel kernel, const BlockList& list, Vec3 low, Vec3 high);
 };
 
 inline constexpr int lattice_side = 8;

@@ -100,6 +100,22 @@ void sum_lattice(const BlockList& list, Vec3 corner, float cell, float* values) 
   }
 }
 
+template <Kernel kernel>
+float sum_most(const BlockList& list, Vec3 low, Vec3 high) {
+  const F16 zero = splat(0.0f);
+  F16 sum = zero;
+  for (std::size_t n = 0; n < list.count; ++n) {
+    const ParticleBlock& block = list.blocks[list.near[n]];
+    const F16 x = load16(block.x), y = load16(block.y), z = load16(block.z);
+    const F16 dx = max_of(max_of(low.x - x, x - high.x), zero);
+    const F16 dy = max_of(max_of(low.y - y, y - high.y), zero);
+    const F16 dz = max_of(max_of(low.z - z, z - high.z), zero);
+    const F16 q = (dx * dx + dy * dy + dz * dz) * load16(block.inverse_influence_squared);
+    sum += load16(block.weight) * KernelLanes<kernel>::value(q);
+  }
+  return sum_lanes(sum);
+}
+
 void dispatch_values(Kernel kernel, const BlockList& list, const float* x, const float* y, const float* z, float enough,
                      float* values) {
   switch (kernel) {
@@ -126,9 +142,18 @@ void dispatch_lattice(Kernel kernel, const BlockList& list, Vec3 corner, float c
   }
 }
 
+float dispatch_most(Kernel kernel, const BlockList& list, Vec3 low, Vec3 high) {
+  switch (kernel) {
+    case Kernel::metaball: return sum_most<Kernel::metaball>(list, low, high);
+    case Kernel::zhu_bridson: return sum_most<Kernel::zhu_bridson>(list, low, high);
+    case Kernel::blinn: return sum_most<Kernel::blinn>(list, low, high);
+  }
+  return 0.0f;
+}
+
 }  // namespace
 
 extern const FieldSums EMBRUN_FIELD_SUMS;
-const FieldSums EMBRUN_FIELD_SUMS{dispatch_values, dispatch_samples, dispatch_lattice};
+const FieldSums EMBRUN_FIELD_SUMS{dispatch_values, dispatch_samples, dispatch_lattice, dispatch_most};
 
 }  // namespace embrun

@@ -12,12 +12,6 @@ namespace {
 /// Largest number of grid cells: a few stray particles far away must not ask for more memory than there is.
 constexpr double cell_limit = 1 << 24;
 
-/// What a ray needs in passing; kept by each thread.
-struct Scratch {
-  std::vector<std::uint32_t> felt;  // particles whose influence sphere holds the current point
-  std::vector<float> stops;
-};
-
 }  // namespace
 
 ThesisSurface::ThesisSurface(std::span<const Vec3> positions, std::span<const float> radii,
@@ -25,19 +19,21 @@ ThesisSurface::ThesisSurface(std::span<const Vec3> positions, std::span<const fl
     : model_(resolve_surface_model(positions, radii, settings)) {
   particles_.resize(positions.size());
   Box3 box;
+  for (const Vec3 p : positions) box.include(p);
+  // About the middle, so that far from the origin of coordinates no precision is lost.
+  center_ = (box.low + box.high) * 0.5f;
   float largest = 0;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const float radius = radii.empty() ? model_.radius : radii[i];
-    particles_[i] = {positions[i], 1.0f / (model_.influence_factor * radius), 1.0f / (model_.recover_factor * radius),
-                     0.0f};
+    particles_[i] = {positions[i] - center_, 1.0f / (model_.influence_factor * radius),
+                     1.0f / (model_.recover_factor * radius), 0.0f};
     largest = max_of(largest, model_.influence_factor * radius * kernel_support(model_.kernel));
-    box.include(positions[i]);
   }
   for (std::size_t k = 0; k < model_.recovered.size(); ++k) {
     particles_[model_.recovered[k]].recover_weight = model_.recovered_weights[k];
   }
-  low_ = box.low - Vec3{largest, largest, largest};
-  high_ = box.high + Vec3{largest, largest, largest};
+  low_ = box.low - center_ - Vec3{largest, largest, largest};
+  high_ = box.high - center_ + Vec3{largest, largest, largest};
   const Vec3 size = high_ - low_;
   const double volume = static_cast<double>(size.x) * size.y * size.z;
   cell_size_ = max_of(2.0f * largest, static_cast<float>(std::cbrt(volume / cell_limit)));
@@ -161,7 +157,8 @@ void ThesisSurface::fill_normals(Vec3 x, const std::vector<std::uint32_t>& felt,
   hit.shading_normal = use_weighted ? normalize(weighted) : hit.geometric_normal;
 }
 
-bool ThesisSurface::contains(Vec3 point) const {
+bool ThesisSurface::contains(Vec3 scene_point) const {
+  const Vec3 point = scene_point - center_;
   if (!Box3{low_, high_}.contains(point)) return false;
   int cell[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -173,9 +170,10 @@ bool ThesisSurface::contains(Vec3 point) const {
   return relative_field(point, felt) > 0;
 }
 
-bool ThesisSurface::intersect(const Ray& ray, Side side, SurfaceHit& hit) const {
-  // The ray from where it enters the grid's box.
-  float begin = ray.t_min, end = ray.t_max;
+/// The part of the ray between its t_min and t_max in the box of everything that is felt.
+bool ThesisSurface::clip(const Ray& ray, float& begin, float& end) const {
+  begin = ray.t_min;
+  end = ray.t_max;
   for (int axis = 0; axis < 3; ++axis) {
     const float o = ray.origin[axis], d = ray.direction[axis];
     if (d == 0) {
@@ -186,90 +184,95 @@ bool ThesisSurface::intersect(const Ray& ray, Side side, SurfaceHit& hit) const 
     begin = max_of(begin, min_of(a, b));
     end = min_of(end, max_of(a, b));
   }
-  if (!(begin < end)) return false;
+  return begin < end;
+}
+
+/// Where the field is sampled: at the sorted intersections, and between those that lie farther apart than R0/2.
+void ThesisSurface::place_stops(const std::vector<Chord>& chords, float t_end, std::vector<float>& stops) const {
+  static thread_local std::vector<float> events;
+  events.assign(1, 0.0f);
+  for (const Chord& chord : chords) {
+    if (chord.enter > 0) events.push_back(chord.enter);
+    events.push_back(min_of(chord.exit, t_end));
+  }
+  std::sort(events.begin(), events.end());
+  const float longest_step = 0.5f * model_.radius;
+  stops.assign(1, 0.0f);
+  for (const float event : events) {
+    const float from = stops.back();
+    const auto pieces = static_cast<int>(min_of((event - from) / longest_step, 1e6f));
+    for (int i = 1; i <= pieces; ++i) {
+      stops.push_back(from + (event - from) * static_cast<float>(i) / static_cast<float>(pieces + 1));
+    }
+    if (event > from) stops.push_back(event);
+  }
+}
+
+/// The zero of the field between a and b, where it has the values ga and gb of opposite sign: the secant method, in
+/// the Illinois variant, which counts an end that stays for half.
+float ThesisSurface::secant(const std::function<float(float)>& field, float a, float ga, float b, float gb) const {
+  for (int i = 0; i < 60 && b - a > 1e-5f * model_.radius; ++i) {
+    const float s = clamp(a - ga * (b - a) / (gb - ga), a, b);
+    const float gs = field(s);
+    if (gs == 0) return s;
+    if ((gs > 0) == (gb > 0)) {
+      b = s;
+      gb = gs;
+      ga *= 0.5f;
+    } else {
+      a = s;
+      ga = gs;
+      gb *= 0.5f;
+    }
+  }
+  return 0.5f * (a + b);
+}
+
+bool ThesisSurface::intersect(const Ray& scene_ray, Side side, SurfaceHit& hit) const {
+  Ray ray = scene_ray;
+  ray.origin = scene_ray.origin - center_;
+  float begin, end;
+  if (!clip(ray, begin, end)) return false;
+  // A ray that had to be brought to the box starts outside, whatever was said of its origin.
+  if (begin > ray.t_min) side = Side::outside;
   const Vec3 origin = ray.at(begin), direction = ray.direction;
   static thread_local std::vector<Chord> chords;
-  static thread_local Scratch scratch;
+  static thread_local std::vector<float> stops;
   gather(origin, direction, end - begin, chords);
+  place_stops(chords, end - begin, stops);
 
-  // The sorted intersections, and samples between those that lie far apart.
-  std::vector<float>& stops = scratch.stops;
-  stops.clear();
-  stops.push_back(0);
-  for (const Chord& chord : chords) {
-    if (chord.enter > 0) stops.push_back(chord.enter);
-    if (chord.exit < end - begin) stops.push_back(chord.exit);
-  }
-  std::sort(stops.begin(), stops.end());
-  const float longest_step = 0.5f * model_.radius;
-
-  // March from stop to stop with the particles that are felt, until the sign says that the ray is on the other side.
-  std::vector<std::uint32_t>& felt = scratch.felt;
-  felt.clear();
+  // From stop to stop with the particles that are felt, until the sign says that the ray is on the other side.
+  static thread_local std::vector<std::uint32_t> open, felt;  // chords, and their particles
+  open.clear();
   std::size_t next_chord = 0;
-  bool inside = begin == ray.t_min && side == Side::inside;
   float last_t = 0, last_g = 0;
-  bool started = false;
-  const auto march_to = [&](float t, float& t_hit) {
-    // From the last stop on: spheres entered by t, less those left by then.
-    while (next_chord < chords.size() && chords[next_chord].enter <= t)
-      felt.push_back(static_cast<std::uint32_t>(next_chord++));
-    std::erase_if(felt, [&](std::uint32_t c) { return chords[c].exit < last_t; });
-    static thread_local std::vector<std::uint32_t> particles;
-    particles.clear();
-    for (const std::uint32_t c : felt) particles.push_back(chords[c].particle);
-    const auto g_at = [&](float s) { return relative_field(origin + direction * s, particles); };
-    const float g = g_at(t);
-    if (!started) {
-      started = true;
-      if (begin == ray.t_min && side == Side::unknown) inside = g > 0;
-      last_g = g;
-      return false;
+  bool inside = side == Side::inside;
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    const float t = stops[i];
+    while (next_chord < chords.size() && chords[next_chord].enter <= t) {
+      open.push_back(static_cast<std::uint32_t>(next_chord++));
     }
-    const bool crossed = (g > 0) != inside;
+    std::erase_if(open, [&](std::uint32_t c) { return chords[c].exit < last_t; });
+    felt.clear();
+    for (const std::uint32_t c : open) felt.push_back(chords[c].particle);
+    const auto field = [&](float s) { return relative_field(origin + direction * s, felt); };
+    const float g = field(t);
+    if (i == 0 && side == Side::unknown) inside = g > 0;
     // A start that rounding put across the surface is forgiven for a thousandth of a radius.
-    if (crossed && (last_g > 0) != inside && t < 1e-3f * model_.radius) return false;
+    const bool started_across = i > 0 && (last_g > 0) != inside;
+    const bool crossed = i > 0 && (g > 0) != inside && !(started_across && t < 1e-3f * model_.radius);
     if (crossed) {
-      t_hit = last_t;
-      if ((last_g > 0) == inside) {
-        // Secant, in Illinois's variant: the end that stays twice counts half.
-        float a = last_t, b = t, ga = last_g, gb = g;
-        for (int i = 0; i < 60 && b - a > 1e-5f * model_.radius; ++i) {
-          const float s = clamp(a - ga * (b - a) / (gb - ga), a, b);
-          const float gs = g_at(s);
-          if ((gs > 0) == (gb > 0)) {
-            b = s;
-            gb = gs;
-            ga *= 0.5f;
-          } else {
-            a = s;
-            ga = gs;
-            gb *= 0.5f;
-          }
-          if (gs == 0) break;
-        }
-        t_hit = 0.5f * (a + b);
-      }
+      const float t_hit = started_across ? last_t : secant(field, last_t, last_g, t, g);
+      hit.t = begin + t_hit;
+      const Vec3 local = origin + direction * t_hit;
+      hit.position = local + center_;
+      hit.entering = !inside;
       hit.geometric_normal = inside ? direction : -direction;
-      fill_normals(origin + direction * t_hit, particles, hit);
+      fill_normals(local, felt, hit);
       return true;
     }
     last_t = t;
     last_g = g;
-    return false;
-  };
-  for (const float stop : stops) {
-    const float from = last_t;
-    const int pieces = 1 + static_cast<int>(min_of((stop - from) / longest_step, 1e6f));
-    for (int i = 1; i <= pieces; ++i) {
-      const float t = i == pieces ? stop : from + (stop - from) * static_cast<float>(i) / static_cast<float>(pieces);
-      float t_hit = 0;
-      if (!march_to(t, t_hit)) continue;
-      hit.t = begin + t_hit;
-      hit.position = origin + direction * t_hit;
-      hit.entering = !inside;
-      return true;
-    }
   }
   return false;
 }

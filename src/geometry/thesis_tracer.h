@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,12 +49,16 @@ class ThesisSurface {
   void fill_grid();
   std::size_t cell_index(const int cell[3]) const;
   void gather(Vec3 origin, Vec3 direction, float t_end, std::vector<Chord>& chords) const;
+  bool clip(const Ray& ray, float& begin, float& end) const;
+  void place_stops(const std::vector<Chord>& chords, float t_end, std::vector<float>& stops) const;
+  float secant(const std::function<float(float)>& field, float a, float ga, float b, float gb) const;
   float relative_field(Vec3 x, const std::vector<std::uint32_t>& felt) const;
   Field field_at(Vec3 x, const std::vector<std::uint32_t>& felt) const;
   void fill_normals(Vec3 x, const std::vector<std::uint32_t>& felt, SurfaceHit& hit) const;
 
   SurfaceModel model_;
   std::vector<Particle> particles_;
+  Vec3 center_;          // everything below is relative to it
   Vec3 low_, high_;      // of all supports
   float cell_size_ = 0;  // 2 R1
   int cells_[3] = {};

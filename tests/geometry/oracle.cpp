@@ -161,7 +161,11 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
     const Vec direction{i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0};
     if (i != 13 && other_side(direction * (tolerance / length(direction)))) return true;
   }
-  return false;
+  // Bodies smaller than the tolerance: try the centres within it.
+  bool found = false;
+  visit([&](Vec low, Vec high, double) { return distance_to_box(x, low, high) <= tolerance; },
+        [&](const Particle& p) { found = found || (length(p.centre - x) <= tolerance && other_side(p.centre - x)); });
+  return found;
 }
 
 std::vector<Particle> Surface::gather(const Ray& ray) const {

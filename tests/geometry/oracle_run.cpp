@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cstdio>
 
 #include "base/error.h"
 #include "geometry/oracle_scene.h"
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
   app.add_option("--worst", worst);
   app.add_option("--ray", only, "judge only this ray of the class");
   CLI11_PARSE(app, argc, argv);
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   if (scenes.empty()) scenes = synthetic_scene_names();
   if (classes.empty()) classes = {"camera", "outside", "inside"};
 
