@@ -1,5 +1,6 @@
 #include "render/render_loop.h"
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -43,7 +44,10 @@ void merge_counts(RenderCounts& sum, RenderCounts&& pass) {
 }  // namespace
 
 void run_on_threads(int threads, const std::function<void()>& work) {
-  tbb::task_arena arena(thread_count(threads));
+  // More threads than processors is the caller's to ask for.
+  const auto wanted = static_cast<std::size_t>(thread_count(threads));
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, wanted);
+  tbb::task_arena arena(static_cast<int>(wanted));
   arena.execute(work);
 }
 
