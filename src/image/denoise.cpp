@@ -61,6 +61,7 @@ struct Guide {
   int width = 0, height = 0;
   Planes colour;
   Planes variance;  ///< of the colour, smoothed
+  Planes excess;    ///< the fireflies' light, spread: to be added to the filtered colour
   bool has_albedo = false, has_normal = false, has_depth = false;
   Planes albedo;
   Planes normal;
@@ -119,11 +120,13 @@ Plane variance_from_differences(const Plane& u, int width, int height) {
   return box_mean(squares, width, height, 2);
 }
 
-/// Replaces fireflies: a pixel much brighter than all but two of its 24 neighbours, by its own account mostly noise,
+/// Takes fireflies out: a pixel much brighter than all but two of its 24 neighbours, by its own account mostly noise,
 /// gets the brightness of the third brightest, and the variance that goes with it. A glint that all samples agree on
-/// stays.
-void remove_fireflies(Planes& colour, Planes& variance, int width, int height) {
-  Plane scale(width, height, colour[0].border);
+/// stays. Returns what was taken off: light all the same, often the only sample of many pixels that found it.
+Planes take_fireflies(Planes& colour, Planes& variance, int width, int height) {
+  constexpr float most = 64.0f;  // times the neighbours' brightness: what is beyond is lost, or it would make a blob
+  Plane kept(width, height, colour[0].border);   // share of the colour that stays
+  Plane taken(width, height, colour[0].border);  // share that is returned
   const auto brightness = [&](int x, int y) { return colour[0].row(y)[x] + colour[1].row(y)[x] + colour[2].row(y)[x]; };
   for_each_pixel(width, height, [&](int x, int y) {
     std::array<float, 3> brightest{};
@@ -139,16 +142,45 @@ void remove_fireflies(Planes& colour, Planes& variance, int width, int height) {
     const float own = brightness(x, y);
     const float error = sqrtf(variance[0].row(y)[x]) + sqrtf(variance[1].row(y)[x]) + sqrtf(variance[2].row(y)[x]);
     const bool is_firefly = brightest[2] > 0.0f && own > 1.5f * brightest[2] && error > 0.25f * (own - brightest[2]);
-    scale.row(y)[x] = is_firefly ? brightest[2] / own : 1.0f;
+    kept.row(y)[x] = is_firefly ? brightest[2] / own : 1.0f;
+    taken.row(y)[x] = is_firefly ? min_of(own - brightest[2], most * brightest[2]) / own : 0.0f;
   });
+  Planes excess;
   for (std::size_t c = 0; c < 3; ++c) {
+    excess[c] = Plane(width, height, colour[c].border);
     for_each_pixel(width, height, [&](int x, int y) {
-      const float s = scale.row(y)[x];
-      colour[c].row(y)[x] *= s;
-      variance[c].row(y)[x] *= s * s;
+      excess[c].row(y)[x] = colour[c].row(y)[x] * taken.row(y)[x];
+      colour[c].row(y)[x] *= kept.row(y)[x];
+      variance[c].row(y)[x] *= square(kept.row(y)[x]);
     });
     fill_border(colour[c], width, height);
     fill_border(variance[c], width, height);
+  }
+  return excess;
+}
+
+/// Three box means over the whole border: close to a Gaussian.
+Plane wide_blur(Plane plane, int width, int height) {
+  fill_border(plane, width, height);
+  for (int pass = 0; pass < 3; ++pass) {
+    plane = box_mean(plane, width, height, plane.border);
+  }
+  return plane;
+}
+
+/// Spreads the excess over some twenty pixels around in proportion to the noise there (its standard deviation), so
+/// that what is clean, such as a sky, stays so. The sum is kept, but for the picture's edges.
+void spread_excess(Planes& excess, const Planes& variance, int width, int height) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    Plane deviation(width, height, excess[c].border);
+    for_each_pixel(width, height, [&](int x, int y) { deviation.row(y)[x] = sqrtf(variance[c].row(y)[x]); });
+    const Plane around = wide_blur(deviation, width, height);
+    for_each_pixel(width, height, [&](int x, int y) {
+      const float noise = around.row(y)[x];
+      excess[c].row(y)[x] = noise > 0.0f ? excess[c].row(y)[x] / noise : 0.0f;
+    });
+    excess[c] = wide_blur(std::move(excess[c]), width, height);
+    for_each_pixel(width, height, [&](int x, int y) { excess[c].row(y)[x] *= deviation.row(y)[x]; });
   }
 }
 
@@ -213,11 +245,12 @@ Guide make_guide(const ImageLayers& layers, const Image& beauty, int margin) {
     }
     guide.depth_tolerance = tolerance_of_depth(guide.closeness, w, h);
   }
-  remove_fireflies(guide.colour, guide.variance, w, h);
+  guide.excess = take_fireflies(guide.colour, guide.variance, w, h);
   // The variance of few samples is itself noisy, and low where the value happens to be low; its local mean is not.
   for (Plane& plane : guide.variance) {
     plane = box_mean(plane, w, h, 1);
   }
+  spread_excess(guide.excess, guide.variance, w, h);
   return guide;
 }
 
@@ -381,7 +414,8 @@ void filter_tile(const Guide& g, const DenoiseSettings& settings, Tile& tile, Im
       const auto channel = static_cast<std::size_t>(c);
       const float* sums = tile.row(tile.sums[channel], y);
       for (int x = tile.x0; x < tile.x1; ++x) {
-        result.at(x, y, c) = max_of(g.colour[channel].row(y)[x] + sums[x] / weights[x], 0.0f);
+        const float filtered = g.colour[channel].row(y)[x] + sums[x] / weights[x];
+        result.at(x, y, c) = max_of(filtered, 0.0f) + g.excess[channel].row(y)[x];
       }
     }
   }

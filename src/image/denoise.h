@@ -16,10 +16,11 @@ struct DenoiseSettings {
 
 /// Returns the beauty layer with its noise reduced: non-local means whose weights come from the noisy colours,
 /// scaled by the per-pixel variance [Rousselle2012], and from albedo, normal and depth [Rousselle2013]. Edges that
-/// the features show stay sharp; a lone bright pixel that is mostly noise is cut down to its neighbours' brightness
-/// (its energy is lost), one that all its samples agree on stays. A missing feature layer, an infinite depth or an
-/// unknown variance is worked round; `beauty` (1 or 3 channels) is needed (throws Error otherwise). Deterministic at
-/// any number of threads. Values not finite in the input count as 0; the result is never negative.
+/// the features show stay sharp. A lone bright pixel that is mostly noise is cut down to its neighbours' brightness
+/// and its light spread over some twenty pixels around; one that all its samples agree on stays. A missing feature
+/// layer, an infinite depth or an unknown variance is worked round; `beauty` (1 or 3 channels) is needed (throws
+/// Error otherwise). Deterministic at any number of threads. Values not finite in the input count as 0; the result is
+/// never negative.
 Image denoise(const ImageLayers& layers, const DenoiseSettings& settings = {});
 
 }  // namespace embrun
