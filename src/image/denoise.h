@@ -4,14 +4,15 @@
 
 namespace embrun {
 
-/// The feature-guided filter; the defaults serve 8 to 256 samples per pixel.
+/// The feature-guided filter; the defaults serve 8 to 256 samples per pixel (found on renders of a dam break under sky
+/// and sun, and on made-up pictures).
 struct DenoiseSettings {
-  int radius = 8;                  ///< half the side of the window searched for similar pixels, pixels; 1 to 16
-  int patch_radius = 1;            ///< half the side of the patches compared, pixels; 0 to 4
-  float strength = 0.85f;          ///< tolerance of the colour distance, in standard deviations of the noise; > 0
-  float feature_tolerance = 0.6f;  ///< tolerance of the feature distance, > 0; 1: a difference of 0.05 in albedo, of
-                                   ///< 0.2 in the unit normal, or of 1 % beyond the local slope in depth halves
-                                   ///< a weight, roughly
+  int radius = 8;               ///< half the side of the window searched for similar pixels, pixels; 1 to 16
+  int patch_radius = 1;         ///< half the side of the patches compared, pixels; 0 to 4
+  float strength = 0.85f;       ///< tolerance of the colour distance, in standard deviations of the noise; > 0
+  float feature_tolerance = 1;  ///< tolerance of the feature distance, > 0; at 1, a difference of 0.06 in albedo, of
+                                ///< 0.24 in the unit normal, or in depth of 1.2 % and 1.2 times the local slope
+                                ///< brings a weight down to exp(-1)
 };
 
 /// Returns the beauty layer with its noise reduced: non-local means whose weights come from the noisy colours,
