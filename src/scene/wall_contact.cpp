@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "particles/neighbour_grid.h"
 
 namespace embrun {
 namespace {
@@ -77,15 +78,72 @@ void wet(const Face& face, const FluidDescription& fluid, WettedParticles& parti
   particles = std::move(out);
 }
 
+/// The faces of the container that particles lie at.
+std::vector<Face> walls_of(const FluidDescription& fluid) {
+  const Box3d& box = *fluid.container;
+  const Face faces[] = {{0, false, box.low.x}, {0, true, box.high.x}, {1, false, box.low.y},
+                        {1, true, box.high.y}, {2, false, box.low.z}, {2, true, box.high.z}};
+  std::vector<Face> walls;
+  for (const Face& face : faces)
+    if (mirror_height(face, fluid, {fluid.positions, {}})) walls.push_back(face);
+  return walls;
+}
+
+/// Solvers round the fluid off along the edges where two walls meet, too: fills the wedge that is missing there with
+/// particles on a lattice, where the fluid next to it says that it is full.
+void fill_edges(const FluidDescription& fluid, WettedParticles& particles) {
+  const double radius = static_cast<double>(fluid.surface.radius);
+  const double s = fluid.surface.spacing > 0 ? fluid.surface.spacing : 2 * radius;
+  const double wedge = 3 * s;
+  const std::vector<Face> walls = walls_of(fluid);
+  const NeighbourGrid grid(fluid.positions, 1.5 * s);
+  const auto count_within = [&](Vec3d p, double reach) {
+    int count = 0;
+    grid.for_each_within(p, reach, [&](std::size_t, Vec3d, double) { ++count; });
+    return count;
+  };
+
+  Box3d bounds{fluid.positions[0], fluid.positions[0]};
+  for (const Vec3d& p : fluid.positions) {
+    bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
+    bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+  }
+  const auto consider = [&](Vec3d p) {
+    // The place next to the wedge, away from every wall that is near.
+    Vec3d full = p;
+    int near = 0;
+    for (const Face& wall : walls) {
+      const double height = wall.height(p);
+      if (height < 0.25 * s) return;
+      if (height > wedge) continue;
+      ++near;
+      full = wall.at_height(full, wedge + s);
+    }
+    // A ball of 1.5 spacings holds 14 particles in the bulk; one of 0.8 spacings without any is a hole.
+    if (near < 2 || count_within(p, 0.8 * s) > 0 || count_within(full, 1.5 * s) < 10) return;
+    particles.positions.push_back(p);
+    if (!particles.radii.empty()) particles.radii.push_back(fluid.surface.radius);
+  };
+  for (std::size_t i = 0; i < walls.size(); ++i)
+    for (std::size_t j = i + 1; j < walls.size(); ++j) {
+      const Face &a = walls[i], &b = walls[j];
+      if (a.axis == b.axis) continue;
+      // Lattice points of the edge's wedge, along the third axis.
+      const Vec3d along = a.axis + b.axis == 1 ? Vec3d{0, 0, 1} : a.axis + b.axis == 2 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
+      const double first = dot(bounds.low, along), last = dot(bounds.high, along);
+      for (double t = first; t <= last; t += s)
+        for (double u = 0.5 * s; u < wedge; u += s)
+          for (double v = 0.5 * s; v < wedge; v += s) consider(b.at_height(a.at_height(t * along, u), v));
+    }
+}
+
 }  // namespace
 
 WettedParticles wet_walls(const FluidDescription& fluid) {
   EMBRUN_CHECK(fluid.container.has_value());
-  const Box3d& box = *fluid.container;
   WettedParticles particles{fluid.positions, fluid.radii};
-  const Face faces[] = {{0, false, box.low.x}, {0, true, box.high.x}, {1, false, box.low.y},
-                        {1, true, box.high.y}, {2, false, box.low.z}, {2, true, box.high.z}};
-  for (const Face& face : faces) wet(face, fluid, particles);
+  fill_edges(fluid, particles);
+  for (const Face& wall : walls_of(fluid)) wet(wall, fluid, particles);
   return particles;
 }
 
