@@ -264,29 +264,53 @@ std::vector<TestRay> make_rays(const OracleScene& scene, const oracle::Surface& 
   return rays;
 }
 
-OracleReport judge_rays(const OracleScene& scene, const oracle::Surface& surface, const Intersector& intersect,
-                        const std::vector<TestRay>& rays) {
-  std::vector<OracleReport::Wrong> all(rays.size());
+namespace {
+
+bool same_answer(const oracle::Answer& a, const oracle::Answer& b, double tolerance) {
+  return a.hit == b.hit && (!a.hit || (std::abs(a.t - b.t) <= tolerance && a.entering == b.entering &&
+                                       oracle::length(a.position - b.position) <= tolerance &&
+                                       oracle::length(a.normal - b.normal) <= 1e-3));
+}
+
+}  // namespace
+
+std::vector<OracleReport> judge_rays(const OracleScene& scene, const oracle::Surface& surface,
+                                     const std::vector<Intersector>& intersectors, const std::vector<TestRay>& rays) {
+  std::vector<std::vector<OracleReport::Wrong>> all(intersectors.size(), std::vector<OracleReport::Wrong>(rays.size()));
   parallel_for(rays.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      SurfaceHit hit;
-      const bool found = intersect(rays[i].ray, rays[i].side, hit);
-      const oracle::Answer answer{found, found ? static_cast<double>(hit.t) : 0.0, hit.entering,
-                                  to_oracle(hit.position), to_oracle(hit.geometric_normal)};
       const auto side = rays[i].side == Side::unknown   ? oracle::Start::unknown
                         : rays[i].side == Side::outside ? oracle::Start::outside
                                                         : oracle::Start::inside;
-      all[i] = {rays[i], answer, oracle::judge(surface, to_oracle(rays[i].ray), side, answer, scene.tolerance), i};
+      for (std::size_t k = 0; k < intersectors.size(); ++k) {
+        SurfaceHit hit;
+        const bool found = intersectors[k](rays[i].ray, rays[i].side, hit);
+        const oracle::Answer answer{found, found ? static_cast<double>(hit.t) : 0.0, hit.entering,
+                                    to_oracle(hit.position), to_oracle(hit.geometric_normal)};
+        const bool known = k > 0 && same_answer(answer, all[0][i].answer, 0.01 * scene.tolerance);
+        all[k][i] = {
+            rays[i], answer,
+            known ? all[0][i].judgement : oracle::judge(surface, to_oracle(rays[i].ray), side, answer, scene.tolerance),
+            i};
+      }
     }
   });
-  OracleReport report;
-  report.rays = rays.size();
-  for (const OracleReport::Wrong& one : all) {
-    ++report.counts[static_cast<std::size_t>(one.judgement.verdict)];
-    report.hits += one.answer.hit;
-    if (one.judgement.verdict != oracle::Verdict::right) report.wrong.push_back(one);
+  std::vector<OracleReport> reports(intersectors.size());
+  for (std::size_t k = 0; k < intersectors.size(); ++k) {
+    OracleReport& report = reports[k];
+    report.rays = rays.size();
+    for (const OracleReport::Wrong& one : all[k]) {
+      ++report.counts[static_cast<std::size_t>(one.judgement.verdict)];
+      report.hits += one.answer.hit;
+      if (one.judgement.verdict != oracle::Verdict::right) report.wrong.push_back(one);
+    }
   }
-  return report;
+  return reports;
+}
+
+OracleReport judge_rays(const OracleScene& scene, const oracle::Surface& surface, const Intersector& intersect,
+                        const std::vector<TestRay>& rays) {
+  return judge_rays(scene, surface, std::vector<Intersector>{intersect}, rays).front();
 }
 
 std::string OracleReport::summary() const {

@@ -55,5 +55,9 @@ struct OracleReport {
 };
 OracleReport judge_rays(const OracleScene& scene, const oracle::Surface& surface, const Intersector& intersect,
                         const std::vector<TestRay>& rays);
+/// A report for each of the intersectors. An answer that is the first one's to a hundredth of the tolerance has its
+/// verdict too, which spares judging versions of one tracer for several instruction sets anew.
+std::vector<OracleReport> judge_rays(const OracleScene& scene, const oracle::Surface& surface,
+                                     const std::vector<Intersector>& intersectors, const std::vector<TestRay>& rays);
 
 }  // namespace embrun::test

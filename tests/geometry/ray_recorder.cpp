@@ -60,6 +60,7 @@ TestRay scatter(const Ray& ray, const SurfaceHit& hit, Dice& dice) {
   const Vec3 p = hit.position;
   const float offset = 4e-7f * (fabsf(p.x) + fabsf(p.y) + fabsf(p.z));
   next.ray.origin = p + geometric * (reflect ? offset : -offset);
+  next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
   return next;
 }
 

@@ -31,6 +31,16 @@ TraceFunction trace_function(const std::string& isa) {
   throw Error("instruction set " + isa + " is not there");
 }
 
+namespace {
+
+Tracer fast_tracer(const std::shared_ptr<ImplicitSurface>& surface, const std::string& isa) {
+  const TraceFunction trace = trace_function(isa);
+  const ImplicitSurfaceView& view = surface->view();
+  return {surface, [&view, trace](const Ray& ray, Side side, SurfaceHit& hit) { return trace(view, ray, side, hit); }};
+}
+
+}  // namespace
+
 Tracer make_tracer(const std::string& method, const std::string& isa, std::span<const Vec3> positions,
                    std::span<const float> radii, const SurfaceSettings& settings) {
   if (method == "thesis") {
@@ -39,10 +49,16 @@ Tracer make_tracer(const std::string& method, const std::string& isa, std::span<
     return {surface, [&s](const Ray& ray, Side side, SurfaceHit& hit) { return s.intersect(ray, side, hit); }};
   }
   if (method != "fast") throw Error("method " + method + " is not fast or thesis");
-  const TraceFunction trace = trace_function(isa.empty() ? available_isas().back() : isa);
   auto surface = std::make_shared<ImplicitSurface>(build_implicit_surface(positions, radii, settings));
-  const ImplicitSurfaceView& view = surface->view();
-  return {surface, [&view, trace](const Ray& ray, Side side, SurfaceHit& hit) { return trace(view, ray, side, hit); }};
+  return fast_tracer(surface, isa.empty() ? available_isas().back() : isa);
+}
+
+std::vector<Tracer> make_fast_tracers(std::span<const Vec3> positions, std::span<const float> radii,
+                                      const SurfaceSettings& settings) {
+  auto surface = std::make_shared<ImplicitSurface>(build_implicit_surface(positions, radii, settings));
+  std::vector<Tracer> tracers;
+  for (const std::string& isa : available_isas()) tracers.push_back(fast_tracer(surface, isa));
+  return tracers;
 }
 
 }  // namespace embrun::test

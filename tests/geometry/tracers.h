@@ -22,6 +22,10 @@ struct Tracer {
 Tracer make_tracer(const std::string& method, const std::string& isa, std::span<const Vec3> positions,
                    std::span<const float> radii, const SurfaceSettings& settings);
 
+/// The fast tracer on every instruction set that this machine has, worst first, over one surface.
+std::vector<Tracer> make_fast_tracers(std::span<const Vec3> positions, std::span<const float> radii,
+                                      const SurfaceSettings& settings);
+
 /// The instruction sets that this machine has, worst first.
 std::vector<std::string> available_isas();
 
