@@ -48,6 +48,7 @@ EMBRUN_FN void fill_box_face(const Box3& box, const Ray& ray, float t, int axis,
   hit.position[axis] = high_face ? box.high[axis] : box.low[axis];
   hit.geometric_normal = hit.shading_normal = normal;
   hit.entering = entering;
+  hit.reach = 0;
 }
 
 /// First crossing of the box's faces with t in (t_min, t_max); false leaves `hit` alone.

@@ -16,31 +16,16 @@ namespace {
 
 // Bounds on the second derivatives of a kernel around a particle, in units of its influence radius.
 
-/// How far the second derivative in any direction falls below and rises above 0 within `h` of distance u.
-struct CurvatureLanes {
-  F16 down, up;
-};
-
 /// Range of one axis' second derivative over a box.
 struct AxisRange {
   F16 least, most;
 };
 
 template <Kernel kernel>
-struct CurvatureBounds;
+struct AxisCurvature;
 
 template <>
-struct CurvatureBounds<Kernel::metaball> {
-  /// Outside the core the eigenvalues are 3 (radial) and -3(1/u - 1) (across); in it all are -6.
-  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
-    // 1/u is convex: its chords between u = 1/3, 1/2, 0.7 and 1 bound it from above.
-    const F16 nearest = max_of(u - h, splat(1.0f / 3.0f));
-    const F16 inner = 12.0f - 18.0f * nearest;
-    const F16 middle = 7.28572f - 8.571428f * nearest;
-    const F16 outer = 4.285716f - 4.285714f * nearest;
-    const F16 down = max_of(max_of(inner, middle), max_of(outer, splat(0.0f)));
-    return {down, select_less(nearest, splat(1.0f), splat(3.0f), splat(0.0f))};
-  }
+struct AxisCurvature<Kernel::metaball> {
   /// d^2 f/dk^2 = 3 (1 - rho^2/u^3) for 1/3 <= u <= 1, with rho the distance from the particle's k axis and a the
   /// distance along it: u^2 = rho^2 + a^2. For given a it falls and then rises in rho^2, least at rho^2 = 2 a^2.
   static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
@@ -77,13 +62,7 @@ struct CurvatureBounds<Kernel::metaball> {
 };
 
 template <>
-struct CurvatureBounds<Kernel::zhu_bridson> {
-  /// Radial (1 - q)(30 q - 6), at most 4.8; across -6 (1 - q)^2; both at least -6 (1 - q)^2.
-  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
-    const F16 nearest = max_of(u - h, splat(0.0f));
-    const F16 w = max_of(1.0f - nearest * nearest, splat(0.0f));
-    return {6.0f * w * w, select_less(nearest, splat(1.0f), splat(4.8f), splat(0.0f))};
-  }
+struct AxisCurvature<Kernel::zhu_bridson> {
   /// -6 w^2 + 24 a^2 w with w = 1 - u^2.
   static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
     const F16 w_most = max_of(1.0f - (a_least * a_least + rho_least * rho_least), splat(0.0f));
@@ -94,14 +73,7 @@ struct CurvatureBounds<Kernel::zhu_bridson> {
 };
 
 template <>
-struct CurvatureBounds<Kernel::blinn> {
-  static EMBRUN_FN CurvatureLanes within(F16 u, float h) {
-    const F16 nearest = max_of(u - h, splat(0.0f));
-    const F16 gauss = select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent),
-                                  splat(0.0f));
-    constexpr float k = blinn_exponent * 1.0011f;
-    return {2.0f * k * gauss, 0.8926f * k * gauss};
-  }
+struct AxisCurvature<Kernel::blinn> {
   /// (4 k^2 a^2 - 2k) exp(-k u^2).
   static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
     constexpr float k = blinn_exponent;
@@ -207,7 +179,7 @@ FieldBounds octant_bounds(const CellFrame& frame, const ParticleArrays& list, st
     KernelLanes<kernel>::value_and_pull(q, f, pull, inverse);
     value += f;
     gx += pull * x, gy += pull * y, gz += pull * z;
-    const CurvatureLanes bend = CurvatureBounds<kernel>::within(q * inverse, h);
+    const CurvatureLanes bend = KernelLanes<kernel>::curvature_within(q * inverse, splat(h));
     down += bend.down;
     up += bend.up;
   }
@@ -319,7 +291,7 @@ NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std
       const F16 far_square = far_side[b] * far_side[b] + far_side[c] * far_side[c];
       const F16 rho_near = near_square * rsqrt_of(max_of(near_square, splat(1e-12f)));
       const F16 rho_far = far_square * rsqrt_of(max_of(far_square, splat(1e-12f)));
-      const AxisRange range = CurvatureBounds<kernel>::axis(near_side[a], far_side[a], rho_near, rho_far);
+      const AxisRange range = AxisCurvature<kernel>::axis(near_side[a], far_side[a], rho_near, rho_far);
       least[a] += range.least * to_cell;
       most[a] += range.most * to_cell;
     }

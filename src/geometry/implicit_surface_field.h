@@ -23,7 +23,8 @@ struct FieldOnLine {
 /// Sums over a cell's list that make both normals, pointing away from the particles.
 struct FieldNormals {
   Vec3 weighted;  ///< sum f_i (y - p_i)/|y - p_i|
-  Vec3 gradient;  ///< minus a positive multiple of the gradient of D
+  Vec3 gradient;  ///< minus the gradient of g
+  float rise, fall;  ///< -fall <= g'' <= rise in every direction, within the distance asked for
 };
 
 /// Sixteen particles of a list relative to a point, in units of their influence radii.
@@ -147,24 +148,33 @@ EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCel
 }
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
-EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
+EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, float within) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
-  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx;
+  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx;
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
     F16 value, pull, inverse;
     KernelLanes<kernel>::value_and_pull(q, value, pull, inverse);
+    const CurvatureLanes bend = KernelLanes<kernel>::curvature_within(q * inverse, p.inverse_influence * within);
+    F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
     F16 w = value * inverse;
     if constexpr (branch == SurfaceBranch::recovered) {
       w = w * p.weight;
-      pull = pull * p.weight;
+      first = first * p.weight;
+      second = second * p.weight;
     }
-    if constexpr (!equal_radii) pull = pull * p.inverse_influence;
+    pull = pull * first;
     wx -= w * p.x, wy -= w * p.y, wz -= w * p.z;
     gx -= pull * p.x, gy -= pull * p.y, gz -= pull * p.z;
+    rise += bend.up * second;
+    fall += bend.down * second;
   }
-  return {{sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)}, {sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)}};
+  const float scale = inverse_threshold<branch>(s);
+  return {{sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)},
+          Vec3{sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)} * scale,
+          sum_lanes(rise) * scale,
+          sum_lanes(fall) * scale};
 }
 
 /// The recovered field along a line, seen from the particles one by one.

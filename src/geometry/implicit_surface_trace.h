@@ -30,27 +30,29 @@ struct Parabola {
 
 /// The bracket's width at which a crossing is found: 3e-4 of a cell, 6e-4 R0. The crossing returned is far nearer.
 inline constexpr float crossing_tolerance = 3e-4f;
+/// Blocks of a list up to which tight bounds are worth their cost at once.
+inline constexpr std::uint32_t longest_tight_list = 6;
+/// How far from a hit, in influence radii, the bounds on the field's curvature are asked for.
+inline constexpr float clearance_reach = 0.3f;
+/// The least clearance, in grid units, that stands for more than the rounding of a ray's origin.
+inline constexpr float least_clearance = 0.012f;
 /// How far from 0 the relative field may be at a point that is meant to lie on the surface.
 inline constexpr float rounding_on_surface = 4e-3f;
 
 /// First t >= low at which the parabola is >= -slack; false if there is none up to high.
 EMBRUN_FN bool first_possible(const Parabola& p, float slack, float& low, float high) {
-  const float c = p.p0 + slack;
-  const float here = c + low * (p.p1 + low * p.p2);
+  if (low > high) return false;
+  const float here = p.at(low) + slack;
   if (here >= 0.0f) return true;
   const float slope = p.p1 + 2.0f * p.p2 * low;
+  // Most cells are settled by the ends alone: between them only a hill can be higher.
+  const bool hill = p.p2 < 0.0f && slope > 0.0f && p.p1 + 2.0f * p.p2 * high < 0.0f;
+  if (!hill && p.at(high) + slack < 0.0f) return false;
   // here + slope dt + p2 dt^2 = 0, smallest dt > 0.
   const float disc = slope * slope - 4.0f * p.p2 * here;
   if (disc < 0.0f) return false;
   const float root = sqrtf(disc);
-  float step;
-  if (slope > 0.0f) {
-    step = -2.0f * here / (slope + root);
-  } else {
-    if (p.p2 <= 0.0f) return false;
-    step = (root - slope) / (2.0f * p.p2);
-  }
-  low += step;
+  low += slope > 0.0f ? -2.0f * here / (slope + root) : (root - slope) / (2.0f * p.p2);
   return low <= high;
 }
 
@@ -78,8 +80,8 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     FieldOnLine g;
     if (i == 0 && at_low != nullptr) {
       g = *at_low;
-    } else if (branch == SurfaceBranch::main && i == 0) {
-      // The cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
+    } else if (branch == SurfaceBranch::main && i == 0 && cell.list_blocks > longest_tight_list) {
+      // In a long list the cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
       g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f, 0.0f);
     } else {
       g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, end - t);
@@ -176,6 +178,13 @@ EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float si
   return {sign * value, sign * slope, sign * curve};
 }
 
+/// What is known of where the ray starts.
+struct RayStart {
+  bool on_surface = false;      ///< it starts on the surface, in this cell
+  float clear_main = 0.0f;      ///< no crossing of the main field's surface before this t
+  float clear_recovered = 0.0f;
+};
+
 /// A crossing inside one cell, before normals.
 struct CellCrossing {
   float t;
@@ -217,20 +226,24 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
 /// First crossing of the union's surface within [low, high] of one near cell.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                             bool inside, float low, float high, bool starts_on_surface, CellCrossing& hit) {
+                             bool inside, float low, float high, const RayStart& start, CellCrossing& hit) {
+  // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
+  const bool main_start = start.on_surface && start.clear_main == 0.0f;
+  const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
   const bool has_main = cell.list_blocks > 0;
   const bool has_recovered = cell.recovered_blocks > 0;
   if (!inside) {
     bool found = false;
-    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface,
-                                                       hit.t)) {
+    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_main),
+                                                       high, main_start, hit.t)) {
       hit.branch = SurfaceBranch::main;
       found = true;
       high = hit.t;
     }
     float t;
-    if (has_recovered && recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, starts_on_surface,
-                                                                 nullptr, t)) {
+    if (has_recovered &&
+        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_recovered), high,
+                                                recovered_start, nullptr, t)) {
       hit = {t, SurfaceBranch::recovered};
       found = true;
     }
@@ -240,19 +253,23 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // under its threshold already, its crossing is found at once.
   hit = {low, SurfaceBranch::main};
   for (int i = 0; i < 16; ++i) {
-    const bool at_start = starts_on_surface && i == 0;
     float t = low;
     if (has_main) {
-      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, at_start, t)) return false;
+      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, max_of(low, start.clear_main), high,
+                                              main_start && i == 0, t)) {
+        return false;
+      }
       if (i > 0 && t <= low + crossing_tolerance) return true;
       hit = {t, SurfaceBranch::main};
       low = t;
     }
     if (!has_recovered) return true;
+    low = max_of(low, start.clear_recovered);
+    if (low > high) return false;
     const FieldOnLine r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(
         s, cell, origin + direction * low, direction, 0.0f, 0.0f);
     const bool on_its_surface = fabsf(r.value) < rounding_on_surface;
-    if (r.value <= 0.0f && !(at_start && on_its_surface && r.slope > 0.0f)) return true;
+    if (r.value <= 0.0f && !(recovered_start && i == 0 && on_its_surface && r.slope > 0.0f)) return true;
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
                                                  on_its_surface && r.slope > 0.0f, &r, t)) {
       return false;
@@ -269,9 +286,11 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
                         const CellCrossing& crossing, bool inside, SurfaceHit& hit) {
   const Vec3 y = origin + direction * crossing.t;
-  const FieldNormals n = crossing.branch == SurfaceBranch::main
-                             ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y)
-                             : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y);
+  const bool main = crossing.branch == SurfaceBranch::main;
+  // Far enough to be of use, near enough for the bounds to be tight; with mixed radii there is no one such distance.
+  const float reach = equal_radii ? clearance_reach / (main ? s.inverse_influence : s.recovered_inverse_influence) : 0.0f;
+  const FieldNormals n = main ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y, reach)
+                              : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y, reach);
   const float gradient = length(n.gradient);
   const float weighted = length(n.weighted);
   const Vec3 against = inside ? direction : -direction;
@@ -279,6 +298,12 @@ EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& c
   hit.shading_normal =
       s.normal == NormalMode::weighted && weighted > 1e-12f ? n.weighted * (1.0f / weighted) : hit.geometric_normal;
   hit.entering = !inside;
+  const float per_metre = 1.0f / s.cell_size;
+  hit.sheet = main ? 0 : 1;
+  hit.gradient = gradient * per_metre;
+  hit.rise = n.rise * per_metre * per_metre;
+  hit.fall = n.fall * per_metre * per_metre;
+  hit.reach = reach * s.cell_size;
 }
 
 /// t at which the ray leaves the box [low, high] and through which axis.
@@ -293,7 +318,7 @@ EMBRUN_FN float box_exit(const GridRay& ray, Vec3 low, Vec3 high, int& axis) {
 /// The part [low, high] of a ray inside one near top cell, whose children are walked front to back.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell* cell, Vec3 center, const GridRay& ray,
-                             bool inside, float low, float high, bool starts_on_surface, float& t, SurfaceHit& hit) {
+                             bool inside, float low, float high, RayStart start, float& t, SurfaceHit& hit) {
   float half = 0.5f;
   const SurfaceCell* const top = cell;
   const Vec3 top_center = center;
@@ -320,13 +345,12 @@ EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCe
     if (cell->kind == SurfaceCellKind::near) {
       const Vec3 origin = ray.origin - center;
       CellCrossing crossing;
-      if (cell_crossing<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, low, end, starts_on_surface,
-                                             crossing)) {
+      if (cell_crossing<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, low, end, start, crossing)) {
         t = crossing.t;
         fill_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, crossing, inside, hit);
         return true;
       }
-      starts_on_surface = false;
+      start.on_surface = false;
     }
     if (end >= high) return false;
     low = end + 1e-6f + 1e-6f * half;
@@ -385,18 +409,18 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
 /// Walks the top grid from t = low to high (grid units from ray.origin).
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side,
-                               float& t, SurfaceHit& hit) {
-  const Vec3 start = ray.origin + ray.direction * low;
+                               RayStart start, float& t, SurfaceHit& hit) {
+  const Vec3 first = ray.origin + ray.direction * low;
   int c[3];
-  for (int a = 0; a < 3; ++a) c[a] = min_of(max_of(static_cast<int>(floorf(start[a])), 0), s.cells[a] - 1);
+  for (int a = 0; a < 3; ++a) c[a] = min_of(max_of(static_cast<int>(floorf(first[a])), 0), s.cells[a] - 1);
   std::uint32_t word = *surface_word(s, c[0], c[1], c[2]);
 
-  bool starts_on_surface = side != Side::unknown;
+  start.on_surface = side != Side::unknown;
   bool inside = side == Side::inside;
   if ((word & cell_word::near) == 0) {
     inside = (word & cell_word::inside) != 0;
   } else if (side == Side::unknown) {
-    inside = contains_grid_point<kernel, equal_radii>(s, start);
+    inside = contains_grid_point<kernel, equal_radii>(s, first);
   }
 
   const int sx = ray.direction.x >= 0.0f, sy = ray.direction.y >= 0.0f, sz = ray.direction.z >= 0.0f;
@@ -425,11 +449,11 @@ EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray,
       if ((next & cell_word::near) != 0) prefetch(surface_record(s, next));
     }
     if (near && near_cell_hit<kernel, equal_radii>(s, surface_record(s, word), corner + Vec3{0.5f, 0.5f, 0.5f}, ray,
-                                                   inside, low, min_of(end, high), starts_on_surface, t, hit)) {
+                                                   inside, low, min_of(end, high), start, t, hit)) {
       return true;
     }
     if (leaves) return false;
-    starts_on_surface = starts_on_surface && !near;
+    start.on_surface = start.on_surface && !near;
     low = end;
     word = next;
   }
@@ -477,7 +501,11 @@ EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ra
   float t;
   // A ray that was brought to the grid starts outside, whatever was said of its origin.
   const Side start = moved > static_cast<double>(ray.t_min) / static_cast<double>(s.cell_size) ? Side::unknown : side;
-  if (!walk_grid<kernel, equal_radii>(s, local, low, high, start, t, hit)) return false;
+  // A clearance that is hardly more than the rounding of the origin is as good as none.
+  RayStart known;
+  const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
+  if (start != Side::unknown && clear > least_clearance) (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;
+  if (!walk_grid<kernel, equal_radii>(s, local, low, high, start, known, t, hit)) return false;
   const double distance = moved + static_cast<double>(t);
   hit.t = static_cast<float>(distance * static_cast<double>(s.cell_size));
   for (int a = 0; a < 3; ++a) {
@@ -490,6 +518,7 @@ EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ra
 
 /// First crossing of the surface with t in (ray.t_min, ray.t_max). `side` is where the ray starts: for a ray that
 /// leaves the surface what its BSDF chose, so that a rounded origin does not decide; unknown asks the field.
+/// `ray.clearance` must be of this surface (see clearance_after), or 0.
 /// False when there is none; `hit` is then unspecified.
 EMBRUN_LOCAL_FN bool intersect_implicit_surface(const ImplicitSurfaceView& s, const Ray& ray, Side side,
                                                 SurfaceHit& hit) {
@@ -507,6 +536,44 @@ EMBRUN_LOCAL_FN bool intersect_implicit_surface(const ImplicitSurfaceView& s, co
     }
   }
   return false;
+}
+
+/// How far a ray of a batch is from its turn when its data are called for: word, then record, then list, each found
+/// through the one before.
+enum class PrefetchStage { word, record, list };
+
+/// Rays ahead in a batch at which each stage is called for.
+inline constexpr int prefetch_word_ahead = 9, prefetch_record_ahead = 6, prefetch_list_ahead = 3;
+
+/// Calls for what the first cell of a ray will need. Worth it for rays that start at the surface; does nothing for one
+/// that starts outside the grid.
+template <PrefetchStage stage>
+EMBRUN_FN void prefetch_surface(const ImplicitSurfaceView& s, const Ray& ray) {
+  const float scale = 1.0f / s.cell_size;
+  const int x = static_cast<int>((ray.origin.x - static_cast<float>(s.origin[0])) * scale);
+  const int y = static_cast<int>((ray.origin.y - static_cast<float>(s.origin[1])) * scale);
+  const int z = static_cast<int>((ray.origin.z - static_cast<float>(s.origin[2])) * scale);
+  if (static_cast<unsigned>(x) >= static_cast<unsigned>(s.cells[0]) ||
+      static_cast<unsigned>(y) >= static_cast<unsigned>(s.cells[1]) ||
+      static_cast<unsigned>(z) >= static_cast<unsigned>(s.cells[2])) {
+    return;
+  }
+  const std::uint32_t* word = surface_word(s, x, y, z);
+  if constexpr (stage == PrefetchStage::word) {
+    prefetch(word);
+  } else {
+    if ((*word & cell_word::near) == 0) return;
+    const SurfaceCell* cell = surface_record(s, *word);
+    if constexpr (stage == PrefetchStage::record) {
+      prefetch(cell);
+    } else if (cell->kind == SurfaceCellKind::near) {
+      const std::size_t block = s.equal_radii ? packed_stride * sizeof(std::uint16_t) : wide_stride * sizeof(float);
+      const char* list = s.equal_radii ? reinterpret_cast<const char*>(s.packed_lists)
+                                       : reinterpret_cast<const char*>(s.wide_lists);
+      const std::size_t begin = cell->list * block, end = begin + cell->list_blocks * block;
+      for (std::size_t at = begin; at < end; at += 64) prefetch(list + at);
+    }
+  }
 }
 
 /// Whether a point (scene coordinates) is inside the body.

@@ -13,6 +13,11 @@ struct LineLanes {
   F16 value, slope, up, down;
 };
 
+/// How far the second derivatives of a kernel, in any direction, may fall below 0 and rise above it.
+struct CurvatureLanes {
+  F16 down, up;
+};
+
 /// exp(x) for x in [-80, 0], relative error at most 1e-6: 2^k by the exponent's bits, the rest by a polynomial.
 EMBRUN_FN F16 exp_of(F16 x) {
   const F16 y = max_of(x, splat(-80.0f)) * 1.44269504f;
@@ -71,6 +76,17 @@ struct KernelLanes<Kernel::metaball> {
     f.up = select_less(q_near, one, max_of(up, zero), zero);
     return f;
   }
+  /// Bounds within the distance h of a point at u = sqrt(q). Outside the core the eigenvalues of the second derivative
+  /// are 3 (radial) and -3(1/u - 1) (across); in it all are -6.
+  static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
+    // 1/u is convex: its chords between u = 1/3, 1/2, 0.7 and 1 bound it from above.
+    const F16 nearest = max_of(u - h, splat(1.0f / 3.0f));
+    const F16 inner = 12.0f - 18.0f * nearest;
+    const F16 middle = 7.28572f - 8.571428f * nearest;
+    const F16 outer = 4.285716f - 4.285714f * nearest;
+    const F16 down = max_of(max_of(inner, middle), max_of(outer, splat(0.0f)));
+    return {down, select_less(nearest, splat(1.0f), splat(3.0f), splat(0.0f))};
+  }
   /// f and -f'(u)/u.
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
     const F16 safe = max_of(q, splat(1e-12f));
@@ -97,6 +113,12 @@ struct KernelLanes<Kernel::zhu_bridson> {
     return {w * w * w, 6.0f * w * w * ahead, bound, bound};
   }
   static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
+  /// Radial (1 - q)(30 q - 6), at most 4.8; across -6 (1 - q)^2; both at least -6 (1 - q)^2.
+  static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
+    const F16 nearest = max_of(u - h, splat(0.0f));
+    const F16 w = max_of(1.0f - nearest * nearest, splat(0.0f));
+    return {6.0f * w * w, select_less(nearest, splat(1.0f), splat(4.8f), splat(0.0f))};
+  }
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
     const F16 w = max_of(1.0f - q, splat(0.0f));
     value = w * w * w;
@@ -123,6 +145,13 @@ struct KernelLanes<Kernel::blinn> {
             4.0f * 0.2231302f * blinn_exponent * beside, 2.0f * blinn_exponent * beside};
   }
   static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
+  static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
+    const F16 nearest = max_of(u - h, splat(0.0f));
+    const F16 gauss = select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent),
+                                  splat(0.0f));
+    constexpr float k = blinn_exponent * 1.0011f;
+    return {2.0f * k * gauss, 0.8926f * k * gauss};
+  }
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
     const F16 gauss = exp_of(q * -blinn_exponent) * scale;
     value = max_of(gauss - blinn_cut * scale, splat(0.0f));

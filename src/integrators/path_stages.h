@@ -209,6 +209,7 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
   shadow.ray = path.ray;
   shadow.ray.origin = origin;
   shadow.ray.direction = light.direction;
+  shadow.ray.clearance = {};
   shadow.ray.t_min = 0.0f;
   // Stops short of the lamp, which is not in its own way.
   shadow.ray.t_max = light.distance * (1.0f - 1e-4f);
@@ -268,6 +269,7 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
+  path.ray.clearance = hit.fluid >= 0 ? clearance_after(hit.surface, next.wi, hit.fluid) : Clearance{};
   path.ray.t_min = 0.0f;
   path.ray.t_max = infinity;
   path.passed = 0;

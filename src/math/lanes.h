@@ -82,9 +82,15 @@ EMBRUN_FN F16 load16(const std::uint16_t* p) {
   for (int i = 0; i < 16; ++i) r.part[i] = static_cast<float>(p[i]);
 #else
   EMBRUN_FOR_LANE_PARTS {
+#if defined(__AVX512F__)
+    // The compiler widens 16-bit lanes in halves.
+    r.part[i] = _mm512_maskz_cvtepi32_ps(
+        0xffff, _mm512_maskz_cvtepu16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
+#else
     LaneShortRegister v;
     __builtin_memcpy(&v, p + i * register_lanes, sizeof v);
     r.part[i] = __builtin_convertvector(__builtin_convertvector(v, LaneIntRegister), LaneRegister);
+#endif
   }
 #endif
   return r;

@@ -2,6 +2,7 @@
 
 #include <time.h>
 
+#include "geometry/implicit_surface_trace.h"
 #include "image/film.h"
 #include "integrators/path_stages.h"
 
@@ -60,6 +61,13 @@ EMBRUN_LOCAL_FN void intersect_stage(const Intersector& intersector, Batch& batc
   if (count == 0) return;
   const RayTimer timer(timed);
   for (int i = 0; i < count; ++i) {
+    // What the rays whose turn comes soon will read is called for now.
+    if (i + prefetch_word_ahead < count)
+      intersector.template prefetch<PrefetchStage::word>(batch.paths[slots[i + prefetch_word_ahead]].ray);
+    if (i + prefetch_record_ahead < count)
+      intersector.template prefetch<PrefetchStage::record>(batch.paths[slots[i + prefetch_record_ahead]].ray);
+    if (i + prefetch_list_ahead < count)
+      intersector.template prefetch<PrefetchStage::list>(batch.paths[slots[i + prefetch_list_ahead]].ray);
     const int slot = slots[i];
     batch.found[slot] = intersector.intersect(batch.paths[slot].ray, batch.paths[slot].media, batch.hits[slot]);
   }

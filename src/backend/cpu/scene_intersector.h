@@ -83,6 +83,17 @@ struct CpuIntersector {
     return true;
   }
 
+  /// Calls for what the ray will read first, if it is near a fluid's surface.
+  template <PrefetchStage stage>
+  EMBRUN_FN void prefetch(const Ray& ray) const {
+    for (int i = 0; i < scene.flat.instance_count; ++i) {
+      const Instance& instance = scene.flat.instances[i];
+      if (instance.kind != GeometryKind::fluid || !instance.identity) continue;
+      const FluidGeometry& fluid = scene.flat.fluids[instance.geometry];
+      if (fluid.thesis == nullptr) prefetch_surface<stage>(fluid.surface, ray);
+    }
+  }
+
   /// Which bodies hold a point. Ordinary code: it is asked at the start and when something went wrong.
   MediaState media_at(Vec3 point) const {
     MediaState media;
@@ -122,12 +133,15 @@ struct CpuIntersector {
     const FluidGeometry& fluid = scene.flat.fluids[instance.geometry];
     SurfaceHit met;
     if (instance.identity) {
-      if (!intersect_fluid(fluid, ray, side, met)) return false;
+      Ray own = ray;
+      if (ray.clearance.instance != instance.fluid) own.clearance = {};
+      if (!intersect_fluid(fluid, own, side, met)) return false;
       hit = met;
       return true;
     }
     float scale;
-    const Ray own = transform_ray(instance.to_object, ray, scale);
+    Ray own = transform_ray(instance.to_object, ray, scale);
+    own.clearance = {};  // in the wrong unit
     if (!intersect_fluid(fluid, own, side, met)) return false;
     hit = met;
     hit.t *= 1.0f / scale;
