@@ -26,7 +26,7 @@ constexpr const char* footer =
     "  embrun info dam.bgeo\n"
     "  embrun render --help          every option, with its default\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is, 130 interrupted.\n"
-    "EMBRUN_ISA=sse4|avx2|avx512 pins the instruction set, so that different machines give the same bits.";
+    "EMBRUN_ISA=baseline|avx2|avx512 pins the instruction set, so that different machines give the same bits.";
 
 int run(int argc, char** argv) {
   CLI::App program{"Physically based pictures of particle fluids, without a mesh"};

@@ -174,6 +174,7 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) check_light(scene.lights[i], numbered("light", i));
   check_color(scene.environment.constant, "environment: radiance", 1e30f);
   check_film(scene.film);
+  make_camera(scene.camera, scene.film.width, scene.film.height);
   check_integrator(scene.integrator);
 }
 

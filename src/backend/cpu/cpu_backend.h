@@ -24,7 +24,7 @@ struct RenderCounts {
 /// Renders a compiled scene on the processor. Holds what rays need besides the flat scene, which must outlive it.
 class CpuBackend {
  public:
-  /// Prepares the meshes and finds what the camera is in. Throws Error when EMBRUN_ISA asks for what there is not.
+  /// Prepares the meshes and finds what the camera is in. Throws Error as instruction_set() does.
   explicit CpuBackend(const FlatScene& scene);
   CpuBackend(const FlatScene& scene, const KernelTable& kernels);
   ~CpuBackend();

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "backend/cpu/cpu_scene.h"
+#include "base/instruction_set.h"
 #include "image/film.h"
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
@@ -37,20 +38,10 @@ struct KernelTable {
                     SceneHit* hits);
 };
 
-/// The instruction sets there are kernels for, weakest first.
-enum class Isa : std::uint8_t { sse4, avx2, avx512 };
-
-/// The name that EMBRUN_ISA takes: "sse4" (x86-64-v2), "avx2" (v3), "avx512" (v4); with EMBRUN_NATIVE "native".
-const char* name_of(Isa isa);
-
-/// Whether this build has kernels for the set and this processor runs them.
-bool is_available(Isa isa);
-
-/// The kernels of the instruction set that the environment variable EMBRUN_ISA names, or else of the best that this
-/// processor has. Throws Error for a name that is unknown or a set that is not available.
+/// The kernels for base/instruction_set.h's choice. A build with EMBRUN_NATIVE has one version only.
 const KernelTable& select_kernels();
 
-/// The kernels of one instruction set, which must be available.
-const KernelTable& kernels_of(Isa isa);
+/// The kernels of one instruction set, which this machine must have.
+const KernelTable& kernels_of(InstructionSet set);
 
 }  // namespace embrun

@@ -1,0 +1,303 @@
+// The program as a shell meets it: exit codes, messages, files.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "io/image_read.h"
+
+namespace embrun {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+class Cli : public ::testing::Test {
+ protected:
+  fs::path folder;
+
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(::testing::TempDir()) / ("embrun_cli_" + std::string(test->name()));
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    // A cube of water and a drop above it.
+    std::ofstream particles(folder / "water.xyz");
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        for (int k = 0; k < 6; ++k) particles << 0.1 * i << ' ' << 0.1 * j << ' ' << 0.1 * k << '\n';
+    particles << "0.3 0.9 0.3\n";
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+
+  Outcome run(const std::string& arguments, const std::string& environment = "") const {
+    const std::string command =
+        "cd '" + folder.string() + "' && " + environment + " '" EMBRUN_CLI "' " + arguments + " >out.txt 2>err.txt </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(folder / "out.txt"),
+            content_of(folder / "err.txt")};
+  }
+  /// Runs a render that must be refused, and says nothing was written.
+  void expect_refused(const std::string& arguments, int exit_code, const std::string& message) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << arguments << "\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << arguments << "\n" << outcome.err;
+    EXPECT_FALSE(fs::exists(folder / "x.png")) << arguments;
+  }
+
+  const std::string small = " --size 32x24 --spp 2 --order 2 ";
+};
+
+TEST_F(Cli, RendersWithNothingButTheInput) {
+  const Outcome outcome = run("render water.xyz -o x.png --size 48x32 --spp 2");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Image image = read_image(folder / "x.png");
+  EXPECT_EQ(image.width, 48);
+  EXPECT_EQ(image.height, 32);
+  EXPECT_NE(outcome.out.find("pin with   --camera-from "), std::string::npos);
+  EXPECT_NE(outcome.out.find("217"), std::string::npos);  // particles
+  EXPECT_NE(outcome.err.find("rendering 100 %"), std::string::npos);
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos) << "a bar, and this is no terminal";
+  EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
+}
+
+TEST_F(Cli, TheSameSeedGivesTheSameFileOnAnyThreads) {
+  ASSERT_EQ(run("render water.xyz -o a.pfm --threads 1" + small).exit_code, 0);
+  ASSERT_EQ(run("render water.xyz -o b.pfm --threads 3" + small).exit_code, 0);
+  ASSERT_EQ(run("render water.xyz -o c.pfm --seed 5" + small).exit_code, 0);
+  EXPECT_EQ(content_of(folder / "a.pfm"), content_of(folder / "b.pfm"));
+  EXPECT_NE(content_of(folder / "a.pfm"), content_of(folder / "c.pfm"));
+}
+
+// The flags that the report names make the very same picture when given.
+TEST_F(Cli, PinningFlagsPin) {
+  ASSERT_EQ(run("render water.xyz -o a.pfm --json r.json" + small).exit_code, 0);
+  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
+  const std::string flags = report["pinning_flags"];
+  for (const char* flag : {"--camera-from", "--camera-to", "--fov", "--radius", "--threshold", "--floor-height"})
+    EXPECT_NE(flags.find(flag), std::string::npos) << flag;
+  ASSERT_EQ(run("render water.xyz -o b.pfm --json s.json " + flags + small).exit_code, 0);
+  const auto pinned = nlohmann::json::parse(content_of(folder / "s.json"));
+  EXPECT_EQ(pinned["pinning_flags"], flags);
+  const Image a = read_image(folder / "a.pfm"), b = read_image(folder / "b.pfm");
+  double difference = 0, sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    difference += std::abs(a.pixels[i] - b.pixels[i]);
+    sum += a.pixels[i];
+  }
+  EXPECT_LT(difference, 0.02 * sum);  // the flags are rounded, so a few paths differ
+}
+
+TEST_F(Cli, WritesAReport) {
+  ASSERT_EQ(run("render water.xyz -o x.exr --json report.json -q" + small).exit_code, 0);
+  const auto r = nlohmann::json::parse(content_of(folder / "report.json"));
+  for (const char* stage : {"read", "build", "render", "write", "total", "cpu"}) EXPECT_GE(r["seconds"][stage], 0.0) << stage;
+  for (const char* kind : {"camera", "secondary_outside", "secondary_inside", "shadow"}) {
+    EXPECT_TRUE(r["rays"][kind]["count"].is_number_unsigned()) << kind;
+    EXPECT_TRUE(r["rays"][kind]["per_second"].is_number()) << kind;
+  }
+  EXPECT_EQ(r["rays"]["camera"]["count"], 32 * 24 * 2);
+  EXPECT_EQ(r["particles"]["count"], 217);
+  EXPECT_EQ(r["bad_samples"]["count"], 0);
+  EXPECT_EQ(r["medium_contradictions"], 0);
+  EXPECT_EQ(r["picture"]["samples"], 32 * 24 * 2);
+  EXPECT_FALSE(r["picture"]["interrupted"]);
+  EXPECT_GT(r["machine"]["peak_memory_bytes"], 1e6);
+  EXPECT_GT(r["particles"]["threshold"], 0.0);
+}
+
+TEST_F(Cli, WritesEveryFormatAndLayer) {
+  for (const char* name : {"x.png", "x.exr", "x.pfm", "x.hdr"})
+    EXPECT_EQ(run(std::string("render water.xyz -q -o ") + name + small).exit_code, 0) << name;
+  const ImageLayers layers = read_exr_layers(folder / "x.exr");
+  for (const char* layer : {"beauty", "albedo", "normal", "depth", "samples", "variance"})
+    EXPECT_NE(layers.find(layer), nullptr) << layer;
+  ASSERT_EQ(run("render water.xyz -q -o d.pfm --layer depth --floor none" + small).exit_code, 0);
+  const Image depth = read_image(folder / "d.pfm");
+  EXPECT_EQ(depth.channels, 1);
+  EXPECT_TRUE(std::isinf(depth.at(0, 0)));   // nothing is hit
+  EXPECT_GT(depth.at(16, 12), 0.0f);
+  EXPECT_LT(depth.at(16, 12), 100.0f);
+}
+
+TEST_F(Cli, ACropIsAPieceOfThePicture) {
+  ASSERT_EQ(run("render water.xyz -q -o a.pfm" + small).exit_code, 0);
+  ASSERT_EQ(run("render water.xyz -q -o b.pfm --crop 5,6,7,8" + small).exit_code, 0);
+  const Image a = read_image(folder / "a.pfm"), b = read_image(folder / "b.pfm");
+  ASSERT_EQ(b.width, 7);
+  ASSERT_EQ(b.height, 8);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 7; ++x) EXPECT_EQ(a.at(5 + x, 6 + y), b.at(x, y)) << x << "," << y;
+}
+
+TEST_F(Cli, EveryOptionIsTaken) {
+  const char* options[] = {"--view front", "--view side", "--view top", "--camera-from 1,2,3 --camera-to 0,0,0 --fov 50",
+                           "--camera-from -1,-2,3", "--radius 0.06", "--order 1", "--order 3", "--kernel zhu-bridson",
+                           "--kernel blinn", "--threshold thesis", "--threshold 2.5", "--recover thesis",
+                           "--recover off", "--normal gradient", "--method thesis", "--ior 1.5", "--absorption 1,2,3",
+                           "--env studio", "--env white", "--floor none", "--floor checker", "--up z",
+                           "--container -0.2,-0.2,-0.2,1,1,1", "--max-depth 3", "--refractions 1", "--refractions 2",
+                           "--refractions all", "--denoise", "--exposure -1", "--tone srgb", "--filter gaussian",
+                           "--threads 2", "--seed 4294967295", "--floor-height -0.1", "--first-sample 7"};
+  for (const char* option : options) {
+    const Outcome outcome = run(std::string("render water.xyz -q -o x.png --size 12x8 --spp 1 ") + option);
+    EXPECT_EQ(outcome.exit_code, 0) << option << "\n" << outcome.err;
+    EXPECT_EQ(outcome.err, "") << option;
+    EXPECT_EQ(outcome.out, "") << option;
+    EXPECT_TRUE(fs::remove(folder / "x.png")) << option;
+  }
+}
+
+TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
+  ASSERT_EQ(run("render water.xyz -q -o sky.hdr --size 64x32 --spp 1").exit_code, 0);
+  std::ofstream(folder / "mesh.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
+  EXPECT_EQ(run("render water.xyz -q -o x.png --env sky.hdr --mesh mesh.obj" + small).exit_code, 0);
+}
+
+TEST_F(Cli, UsageErrorsEndIn2) {
+  expect_refused("render water.xyz", 2, "--output");
+  expect_refused("render -o x.png", 2, "INPUT");
+  expect_refused("render water.xyz -o x.png --colour red", 2, "--colour");
+  expect_refused("paint water.xyz", 2, "subcommand is required");
+  expect_refused("render water.xyz -o x.png --size 12", 2, "\"12\" is not a size WxH");
+  expect_refused("render water.xyz -o x.png --size 0x8", 2, "\"0x8\" is not a size");
+  expect_refused("render water.xyz -o x.png --size 8x1000000", 2, "is not a size");
+  expect_refused("render water.xyz -o x.png --spp 0", 2, "0 samples per pixel");
+  expect_refused("render water.xyz -o x.png --spp many", 2, "--spp");
+  expect_refused("render water.xyz -o x.png --radius -1", 2, "radius -1");
+  expect_refused("render water.xyz -o x.png --radius nan", 2, "radius");
+  expect_refused("render water.xyz -o x.png --order 0", 2, "neighbourhood order 0");
+  expect_refused("render water.xyz -o x.png --crop 1,2,3", 2, "--crop: \"1,2,3\" is not 4 finite numbers x,y,w,h");
+  expect_refused("render water.xyz -o x.png --crop 1275,0,20,20", 2, "crop 1275,0,20,20");
+  expect_refused("render water.xyz -o x.png --camera-from 1,2", 2, "--camera-from: \"1,2\" is not 3 finite numbers");
+  expect_refused("render water.xyz -o x.png --camera-from 1,2,inf", 2, "--camera-from");
+  expect_refused("render water.xyz -o x.png --camera-from 1,2,3 --camera-to 1,2,3", 2, "camera");
+  expect_refused("render water.xyz -o x.png --camera-to 1,2,3", 2, "give where the camera is");
+  expect_refused("render water.xyz -o x.png --fov 180", 2, "field of view 180");
+  expect_refused("render water.xyz -o x.png --view below", 2, "three-quarter");
+  expect_refused("render water.xyz -o x.png --kernel cubic", 2, "metaball, zhu-bridson, blinn");
+  expect_refused("render water.xyz -o x.png --threshold 0", 2, "threshold \"0\"");
+  expect_refused("render water.xyz -o x.png --refractions 0", 2, "--refractions");
+  expect_refused("render water.xyz -o x.png --ior 0.2", 2, "refractive index 0.2");
+  expect_refused("render water.xyz -o x.png --absorption=-1,0,0", 2, "absorption");
+  expect_refused("render water.xyz -o x.png --container 0,0,0,1,1", 2, "6 finite numbers");
+  expect_refused("render water.xyz -o x.png --container 1,1,1,0,0,0", 2, "container");
+  expect_refused("render water.xyz -o x.png --up x", 2, "up axis \"x\"");
+  expect_refused("render water.xyz -o x.png --floor wood", 2, "none, plain, checker");
+  expect_refused("render water.xyz -o x.png --max-depth 100000", 2, "depth 100000");
+  expect_refused("render water.xyz -o x.png --threads -1", 2, "-1 threads");
+  expect_refused("render water.xyz -o x.png --seed -1", 2, "--seed");
+}
+
+TEST_F(Cli, BadFilesEndIn1) {
+  expect_refused("render none.bgeo -o x.png", 1, "none.bgeo");
+  std::ofstream(folder / "empty.xyz");
+  expect_refused("render empty.xyz -o x.png", 1, "empty.xyz");
+  expect_refused("render . -o x.png", 1, "embrun: ");
+  expect_refused("render water.xyz -o x.tiff", 1, "x.tiff");
+  expect_refused("render water.xyz -o no/such/x.png", 1, "no/such");
+  expect_refused("render water.xyz -o x.png --json no/such/r.json", 1, "no/such");
+  expect_refused("render water.xyz -o x.png --env none.exr", 1, "none.exr");
+  expect_refused("render water.xyz -o x.png --env water.xyz", 1, "water.xyz");
+  expect_refused("render water.xyz -o x.png --mesh none.obj", 1, "none.obj");
+  expect_refused("info none.bgeo", 1, "none.bgeo");
+  expect_refused("render water.xyz -o x.png --layer gloss", 2, "beauty");
+}
+
+// The output is looked at before the particles are: a typing mistake does not cost a render.
+TEST_F(Cli, ABadOutputIsFoundFirst) {
+  const Outcome outcome = run("render none.bgeo -o x.jpeg2000");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("x.jpeg2000"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Cli, InstructionSetsCanBePinned) {
+  Outcome outcome = run("render water.xyz -o x.png --json r.json" + small, "EMBRUN_ISA=baseline");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string used = nlohmann::json::parse(content_of(folder / "r.json"))["machine"]["instruction_set"];
+  EXPECT_TRUE(used == "baseline" || used == "native") << used;
+  outcome = run("render water.xyz -o y.png" + small, "EMBRUN_ISA=mmx");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("baseline, avx2 or avx512"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Cli, HelpTeaches) {
+  Outcome outcome = run("--help");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.out.find("Exit codes"), std::string::npos);
+  outcome = run("render --help");
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* option :
+       {"--output", "--size", "--crop", "--spp", "--seed", "--threads", "--max-depth", "--camera-from", "--camera-to", "--fov",
+        "--view", "--radius", "--order", "--kernel", "--threshold", "--recover", "--normal", "--method", "--ior",
+        "--absorption", "--env", "--floor", "--container", "--up", "--layer", "--denoise", "--json", "--refractions",
+        "Examples:", "Exit codes:", "goes straight on"})
+    EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
+  outcome = run("--version");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "embrun 0.1.0\n");
+}
+
+TEST_F(Cli, InfoSaysWhatIsInAFile) {
+  Outcome outcome = run("info water.xyz");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.out.find("217"), std::string::npos);
+  outcome = run("info water.xyz --json");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NO_THROW(nlohmann::json::parse(outcome.out));
+}
+
+// Ctrl-C in the middle of a long render: what there is is written, whole, and said to be partial.
+TEST_F(Cli, AnInterruptWritesWhatThereIs) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(folder.c_str()) != 0) _exit(99);
+    std::freopen("err.txt", "w", stderr);
+    std::freopen("out.txt", "w", stdout);
+    execl(EMBRUN_CLI, EMBRUN_CLI, "render", "water.xyz", "-o", "x.exr", "--size", "64x48", "--spp", "10000000", "--json",
+          "r.json", static_cast<char*>(nullptr));
+    _exit(98);
+  }
+  const auto rendering = [&] { return content_of(folder / "err.txt").find("rendering 0 %") != std::string::npos; };
+  for (int i = 0; i < 600 && !rendering(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_NE(content_of(folder / "err.txt").find("interrupted: x.exr holds what there is"), std::string::npos);
+  EXPECT_EQ(read_image(folder / "x.exr").width, 64);
+  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
+  EXPECT_TRUE(report["picture"]["interrupted"]);
+  EXPECT_GT(report["picture"]["samples"], 0);
+}
+
+}  // namespace
+}  // namespace embrun
