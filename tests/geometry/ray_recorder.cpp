@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "camera/framing.h"
+
 namespace embrun::test {
 
 std::string_view name_of(RayClass ray_class) {
@@ -64,56 +66,67 @@ TestRay scatter(const Ray& ray, const SurfaceHit& hit, Dice& dice) {
   return next;
 }
 
-/// Keeps `count` of the rays it is shown, each with the same chance (reservoir sampling).
-class Reservoir {
- public:
-  Reservoir(std::vector<TestRay>& kept, std::size_t count) : kept_(kept), count_(count) {}
-  void show(const TestRay& ray, Dice& dice) {
-    ++seen_;
-    if (kept_.size() < count_) {
-      kept_.push_back(ray);
-    } else {
-      const auto slot = static_cast<std::size_t>(dice.next() * static_cast<double>(seen_));
-      if (slot < count_) kept_[slot] = ray;
-    }
-  }
+constexpr int width = 640, height = 480, tile_side = 8, samples_per_pixel = 4;
 
- private:
-  std::vector<TestRay>& kept_;
-  std::size_t count_, seen_ = 0;
+/// A pinhole camera.
+struct Eye {
+  Vec3 position, right, up, back;
+  double half_width, half_height;  // of the picture at distance 1
 };
+
+Eye framed(const Box3& box, View view) {
+  const CameraSettings camera =
+      frame_box(to_double(box.low), to_double(box.high), view, UpAxis::y, static_cast<double>(width) / height);
+  Eye eye;
+  eye.position = to_float(camera.eye);
+  eye.back = normalize(to_float(camera.eye - camera.target));
+  eye.right = normalize(cross(to_float(camera.up), eye.back));
+  eye.up = cross(eye.back, eye.right);
+  eye.half_height = std::tan(0.5 * camera.vertical_fov * 3.14159265358979 / 180);
+  eye.half_width = eye.half_height * width / height;
+  return eye;
+}
+
+TestRay camera_ray(const Eye& eye, int column, int row, Dice& dice) {
+  const double x = (2 * (column + dice.next()) / width - 1) * eye.half_width;
+  const double y = (1 - 2 * (row + dice.next()) / height) * eye.half_height;
+  TestRay ray;
+  ray.ray.origin = eye.position;
+  ray.ray.direction = normalize(eye.right * static_cast<float>(x) + eye.up * static_cast<float>(y) - eye.back);
+  return ray;
+}
 
 }  // namespace
 
 RecordedRays record_render(const Intersector& intersect, const Box3& box, std::size_t count, std::uint32_t seed) {
   RecordedRays recorded;
-  Dice dice(seed);
-  std::array<Reservoir, ray_class_count> reservoirs{
-      Reservoir(recorded.rays[0], count), Reservoir(recorded.rays[1], count), Reservoir(recorded.rays[2], count)};
-  const auto show = [&](RayClass c, const TestRay& ray) { reservoirs[static_cast<std::size_t>(c)].show(ray, dice); };
-
-  const Vec3 centre = (box.low + box.high) * 0.5f;
-  const float radius = 0.5f * length(box.high - box.low);
-  // A third of the camera rays miss: enough for `count` of each class from bodies that fill a tenth of the frame.
-  const int side = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(count) * 0.25)), 16, 512);
-  constexpr int samples = 4;
-  constexpr double half_tangent = 0.36;  // a field of view of 40 degrees
-  for (const Vec3 from : {Vec3{-0.5f, 0.42f, 0.75f}, Vec3{0.7f, 0.12f, -0.7f}}) {
-    const Frame frame(normalize(from));
-    const Vec3 eye = centre + frame.n * (2.9f * radius);
-    for (int pixel = 0; pixel < side * side * samples; ++pixel) {
-      const double x = 2 * (pixel / samples % side + dice.next()) / side - 1;
-      const double y = 2 * (pixel / samples / side + dice.next()) / side - 1;
-      TestRay ray;
-      ray.ray.origin = eye;
-      ray.ray.direction = normalize(
-          frame.to_world(Vec3{static_cast<float>(x * half_tangent), static_cast<float>(y * half_tangent), -1.0f}));
-      show(RayClass::camera, ray);
+  Dice dice(seed), tile_dice(seed + 1);  // the tiles do not depend on what the paths meet
+  const auto keep = [&](RayClass c, const TestRay& ray) {
+    if (recorded.of(c).size() < count) recorded.of(c).push_back(ray);
+  };
+  const std::array<Eye, 2> eyes{framed(box, View::three_quarter), framed(box, View::front)};
+  std::size_t traced = 0;
+  const auto enough = [&] {
+    for (const auto& rays : recorded.rays) {
+      if (rays.size() < count) return traced >= 6 * count + 1000;
+    }
+    return true;
+  };
+  while (!enough()) {
+    const Eye& eye = eyes[tile_dice.next() < 0.5 ? 0 : 1];
+    const int tile_x = static_cast<int>(tile_dice.next() * width / tile_side);
+    const int tile_y = static_cast<int>(tile_dice.next() * height / tile_side);
+    for (int path = 0; path < tile_side * tile_side * samples_per_pixel; ++path) {
+      const int pixel = path / samples_per_pixel;
+      TestRay ray =
+          camera_ray(eye, tile_x * tile_side + pixel % tile_side, tile_y * tile_side + pixel / tile_side, dice);
+      keep(RayClass::camera, ray);
+      ++traced;
       for (int bounce = 0; bounce < 8; ++bounce) {
         SurfaceHit hit;
         if (!intersect(ray.ray, ray.side, hit)) break;
         ray = scatter(ray.ray, hit, dice);
-        show(ray.side == Side::inside ? RayClass::inside : RayClass::outside, ray);
+        keep(ray.side == Side::inside ? RayClass::inside : RayClass::outside, ray);
       }
     }
   }

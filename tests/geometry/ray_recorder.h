@@ -31,9 +31,10 @@ struct RecordedRays {
   const std::vector<TestRay>& of(RayClass c) const { return rays[static_cast<std::size_t>(c)]; }
 };
 
-/// Renders two views of the box, four paths a pixel: each path is reflected or refracted as the Fresnel term draws it,
-/// by the shading normal but on the side of the geometric one, at most 8 times. `count` rays of each class are kept,
-/// drawn evenly from all that were traced (with fewer than that, all).
+/// Renders two views of the box, framed as the renderer frames them by itself, 640 x 480 with four paths a pixel, tile
+/// by tile in random order until there are `count` rays of each class, or six times as many camera rays: each path is reflected or refracted as the Fresnel
+/// term draws it, by the shading normal but on the side of the geometric one, at most 8 times. The rays keep the order
+/// in which they were traced; no class has more than `count`.
 RecordedRays record_render(const Intersector& intersect, const Box3& box, std::size_t count, std::uint32_t seed);
 
 /// A small keyed generator: uniform in [0, 1).

@@ -1,0 +1,268 @@
+// Rays against the surface of a dam break: the direct tracer beside Embree on a mesh of the same surface, and beside
+// the thesis's method. One thread, one process, interleaved repetitions, medians of CPU time. See README.md.
+
+#include <benchmark/benchmark.h>
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "embree_mesh.h"
+#include "geometry/implicit_surface.h"
+#include "geometry/ray_recorder.h"
+#include "geometry/surface_model.h"
+#include "geometry/thesis_tracer.h"
+#include "geometry/tracers.h"
+#include "io/read_particles.h"
+#include "meshing/isosurface.h"
+
+namespace {
+
+using namespace embrun;
+using namespace embrun::test;
+
+constexpr float radius = 0.025f;  // the solver's
+constexpr double spacing = 0.0465;
+
+/// What is measured of each neighbourhood order.
+struct Subject {
+  int order = 3;
+  std::vector<Vec3> positions;
+  SurfaceSettings settings;
+  SurfaceModel model;
+  ImplicitSurface surface;
+  std::unique_ptr<bench::EmbreeMesh> mesh;
+  std::unique_ptr<ThesisSurface> thesis;
+
+  struct RaySet {
+    std::string name;
+    std::vector<TestRay> rays;
+    double bar = 0;  ///< least ratio to Embree
+    double direct_hits = 0, embree_hits = 0;
+  };
+  std::vector<RaySet> sets;
+};
+
+/// Rays start on the exact surface; the mesh departs from it by up to some hundredths of R0, so that its rays skip
+/// this much of their way instead of meeting what they have just left.
+constexpr float embree_start = 0.05f * radius;
+
+IsosurfaceSettings mesh_settings() {
+  // As such pipelines do it: vertices by linear interpolation.
+  return {0.5f * radius, false};
+}
+
+void shuffle(std::vector<TestRay>& rays) {
+  Dice dice(5);
+  for (std::size_t i = rays.size(); i > 1; --i) {
+    std::swap(rays[i - 1], rays[static_cast<std::size_t>(dice.next() * static_cast<double>(i))]);
+  }
+}
+
+Subject make_subject(const std::vector<Vec3>& positions, int order, std::size_t ray_count, TraceFunction trace) {
+  Subject s;
+  s.order = order;
+  s.positions = positions;
+  s.settings.radius = radius;
+  s.settings.spacing = spacing;
+  s.settings.order = order;
+  s.model = resolve_surface_model(positions, {}, s.settings);
+  s.surface = build_implicit_surface(positions, {}, s.settings);
+  s.mesh = std::make_unique<bench::EmbreeMesh>(extract_isosurface(positions, {}, s.model, mesh_settings()));
+  if (order == 3) s.thesis = std::make_unique<ThesisSurface>(positions, std::span<const float>(), s.settings);
+
+  Box3 box;
+  for (const Vec3 p : positions) box.include(p);
+  const ImplicitSurfaceView& view = s.surface.view();
+  RecordedRays recorded = record_render(
+      [&](const Ray& ray, Side side, SurfaceHit& hit) { return trace(view, ray, side, hit); }, box, ray_count, 1);
+  s.sets.push_back({"camera", recorded.of(RayClass::camera), 0.5});
+  s.sets.push_back({"outside", recorded.of(RayClass::outside), 0.6});
+  s.sets.push_back({"inside", recorded.of(RayClass::inside), 0.85});
+  shuffle(recorded.of(RayClass::inside));
+  s.sets.push_back({"inside, random order", recorded.of(RayClass::inside), 0.85});
+  return s;
+}
+
+/// Traces about `count` of the rays, evenly taken, once an iteration; tells the share of hits.
+template <class Trace>
+void run_rays(benchmark::State& state, const std::vector<TestRay>& rays, std::size_t count, double& hit_share,
+              const Trace& trace) {
+  const std::size_t stride = std::max<std::size_t>(1, rays.size() / count);
+  count = (rays.size() + stride - 1) / stride;
+  for (auto _ : state) {
+    std::size_t hits = 0;
+    float sum = 0;
+    for (std::size_t i = 0; i < rays.size(); i += stride) {
+      SurfaceHit hit;
+      if (!trace(rays[i], hit)) continue;
+      ++hits;
+      sum += hit.t + hit.shading_normal.x;
+    }
+    benchmark::DoNotOptimize(sum);
+    hit_share = static_cast<double>(hits) / static_cast<double>(count);
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(count));
+}
+
+std::string key(const char* what, const Subject& s, const std::string& set) {
+  return fmt::format("{} n={} {}", what, s.order, set);
+}
+
+void register_benchmarks(std::vector<Subject>& subjects, TraceFunction trace) {
+  const auto add = [](const std::string& name, auto&& body) {
+    return benchmark::RegisterBenchmark(name.c_str(), body)->Unit(benchmark::kMillisecond);
+  };
+  for (Subject& s : subjects) {
+    for (Subject::RaySet& set : s.sets) {
+      add(key("direct", s, set.name), [&s, &set, trace](benchmark::State& state) {
+        const ImplicitSurfaceView& view = s.surface.view();
+        run_rays(state, set.rays, set.rays.size(), set.direct_hits,
+                 [&](const TestRay& r, SurfaceHit& hit) { return trace(view, r.ray, r.side, hit); });
+      });
+      add(key("embree", s, set.name), [&s, &set](benchmark::State& state) {
+        run_rays(state, set.rays, set.rays.size(), set.embree_hits, [&](const TestRay& r, SurfaceHit& hit) {
+          return s.mesh->intersect(r.ray, r.side == Side::unknown ? 0.0f : embree_start, hit);
+        });
+      });
+      if (s.thesis) {
+        add(key("thesis", s, set.name), [&s, &set](benchmark::State& state) {
+          double hits = 0;
+          run_rays(state, set.rays, 1000, hits,
+                   [&](const TestRay& r, SurfaceHit& hit) { return s.thesis->intersect(r.ray, r.side, hit); });
+        })->Iterations(1);
+      }
+    }
+    add(key("direct", s, "build"), [&s](benchmark::State& state) {
+      for (auto _ : state) benchmark::DoNotOptimize(build_implicit_surface(s.positions, {}, s.settings));
+    })->Iterations(1);
+    add(key("embree", s, "build"), [&s](benchmark::State& state) {
+      for (auto _ : state) {
+        const SurfaceModel model = resolve_surface_model(s.positions, {}, s.settings);
+        const bench::EmbreeMesh mesh(extract_isosurface(s.positions, {}, model, mesh_settings()));
+        benchmark::DoNotOptimize(mesh.bytes());
+      }
+    })->Iterations(1);
+  }
+}
+
+/// Collects the repetitions' CPU times, in seconds an iteration, and rates.
+class Collector : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
+      std::string name = run.run_name.function_name;
+      times_[name].push_back(run.cpu_accumulated_time / static_cast<double>(run.iterations));
+      const auto items = run.counters.find("items_per_second");
+      if (items != run.counters.end()) rates_[name].push_back(items->second);
+    }
+  }
+  double seconds(const std::string& name) const { return median(times_, name); }
+  double rate(const std::string& name) const { return median(rates_, name); }
+
+ private:
+  using Samples = std::map<std::string, std::vector<double>>;
+  static double median(const Samples& samples, const std::string& name) {
+    const auto found = samples.find(name);
+    if (found == samples.end()) return 0;
+    std::vector<double> sorted = found->second;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[sorted.size() / 2];
+  }
+  Samples times_, rates_;
+};
+
+const char* verdict(bool passed) { return passed ? "ok" : "BELOW"; }
+
+void print_report(const std::vector<Subject>& subjects, const Collector& c) {
+  for (const Subject& s : subjects) {
+    fmt::print("\nn = {}: {} particles, {} triangles at R0/2\n", s.order, s.positions.size(),
+               s.mesh->mesh().triangles.size());
+    fmt::print("  {:<22}{:>10}{:>10}{:>8}{:>8}{:>9}{:>7}{:>7}", "rays", "direct", "Embree", "hits", "hits", "ratio",
+               "bar", "");
+    fmt::print("{}\n", s.thesis ? "   x thesis (bar 100)" : "");
+    for (const Subject::RaySet& set : s.sets) {
+      const double direct = c.rate(key("direct", s, set.name)), embree = c.rate(key("embree", s, set.name));
+      const double ratio = direct / embree;
+      fmt::print("  {:<22}{:>10.3f}{:>10.3f}{:>8.3f}{:>8.3f}{:>9.2f}{:>7.2f}{:>7}", set.name, direct * 1e-6,
+                 embree * 1e-6, set.direct_hits, set.embree_hits, ratio, set.bar, verdict(ratio >= set.bar));
+      if (s.thesis) {
+        const double times = direct / c.rate(key("thesis", s, set.name));
+        fmt::print("{:>10.0f} {}", times, verdict(times >= 100));
+      }
+      fmt::print("\n");
+    }
+    const double direct = c.seconds(key("direct", s, "build")), mesh = c.seconds(key("embree", s, "build"));
+    fmt::print(
+        "  build: direct {:.3f} s (bar 0.25: {}); sampling, extraction and BVH {:.3f} s, {:.1f} times it (bar 5: "
+        "{})\n",
+        direct, verdict(direct <= 0.25), mesh, mesh / direct, verdict(mesh / direct >= 5));
+    const double particles = static_cast<double>(s.positions.size());
+    const double bytes = static_cast<double>(s.surface.stats().bytes) / particles;
+    fmt::print("  memory beyond the input: direct {:.0f} bytes a particle (bar 300: {}); mesh and BVH {:.0f}\n", bytes,
+               verdict(bytes <= 300), static_cast<double>(s.mesh->bytes()) / particles);
+  }
+  fmt::print("\nRates in millions of rays a second, one at a time, t and shading normal returned.\n");
+}
+
+/// The value of --name, taken out of the arguments; empty if it is not there.
+std::string take_option(std::vector<char*>& arguments, const std::string& name) {
+  for (std::size_t i = 1; i + 1 < arguments.size(); ++i) {
+    if (name != arguments[i]) continue;
+    const std::string value = arguments[i + 1];
+    arguments.erase(arguments.begin() + static_cast<std::ptrdiff_t>(i),
+                    arguments.begin() + static_cast<std::ptrdiff_t>(i) + 2);
+    return value;
+  }
+  return {};
+}
+
+int run(std::vector<char*> arguments) {
+  const std::string data = take_option(arguments, "--data");
+  const std::string rays = take_option(arguments, "--rays");
+  const std::string orders = take_option(arguments, "--orders");
+  // Seven interleaved repetitions unless told otherwise.
+  std::array<std::string, 3> defaults{"--benchmark_enable_random_interleaving=true", "--benchmark_repetitions=7",
+                                      "--benchmark_min_time=0.1"};
+  for (std::string& option : defaults) arguments.insert(arguments.begin() + 1, option.data());
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 1;
+
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  std::vector<Vec3> positions;
+  for (const Vec3d& p : read_particles(data.empty() ? EMBRUN_DATA_DIR "/dam_break.bgeo" : data).positions) {
+    positions.push_back(to_float(p));
+  }
+  const std::string isa = available_isas().back();
+  fmt::print("instruction set {}\n", isa);
+  std::vector<Subject> subjects;
+  for (const int order : {2, 3}) {
+    if (!orders.empty() && orders.find(std::to_string(order)) == std::string::npos) continue;
+    subjects.push_back(make_subject(positions, order, rays.empty() ? 100000 : std::stoul(rays), trace_function(isa)));
+  }
+  register_benchmarks(subjects, trace_function(isa));
+  Collector collector;
+  benchmark::RunSpecifiedBenchmarks(&collector);
+  print_report(subjects, collector);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run({argv, argv + argc});
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "bench_surface: {}\n", error.what());
+    return 1;
+  }
+}
