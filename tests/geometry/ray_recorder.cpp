@@ -108,7 +108,7 @@ RecordedRays record_render(const Intersector& intersect, const Box3& box, std::s
   std::size_t traced = 0;
   const auto enough = [&] {
     for (const auto& rays : recorded.rays) {
-      if (rays.size() < count) return traced >= 6 * count + 1000;
+      if (rays.size() < count) return traced >= 6 * count + 20000;
     }
     return true;
   };

@@ -32,7 +32,7 @@ struct RecordedRays {
 };
 
 /// Renders two views of the box, framed as the renderer frames them by itself, 640 x 480 with four paths a pixel, tile
-/// by tile in random order until there are `count` rays of each class, or six times as many camera rays: each path is reflected or refracted as the Fresnel
+/// by tile in random order until there are `count` rays of each class, or six times as many camera rays and 20,000: each path is reflected or refracted as the Fresnel
 /// term draws it, by the shading normal but on the side of the geometric one, at most 8 times. The rays keep the order
 /// in which they were traced; no class has more than `count`.
 RecordedRays record_render(const Intersector& intersect, const Box3& box, std::size_t count, std::uint32_t seed);
