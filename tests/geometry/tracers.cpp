@@ -1,6 +1,7 @@
 #include "geometry/tracers.h"
 
 #include "base/error.h"
+#include "base/instruction_set.h"
 #include "geometry/thesis_tracer.h"
 
 namespace embrun::test {
@@ -10,16 +11,9 @@ bool trace_avx2(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
 bool trace_avx512(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
 
 std::vector<std::string> available_isas() {
-  // The whole of x86-64-v3 and v4, as the compiler may use all of it.
-  std::vector<std::string> isas{"baseline"};
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-      __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("lzcnt") && __builtin_cpu_supports("movbe") &&
-      __builtin_cpu_supports("f16c")) {
-    isas.push_back("avx2");
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
-      isas.push_back("avx512");
-    }
+  std::vector<std::string> isas;
+  for (const InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
+    if (set <= instruction_set()) isas.emplace_back(name_of(set));
   }
   return isas;
 }

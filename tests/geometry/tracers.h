@@ -26,7 +26,7 @@ Tracer make_tracer(const std::string& method, const std::string& isa, std::span<
 std::vector<Tracer> make_fast_tracers(std::span<const Vec3> positions, std::span<const float> radii,
                                       const SurfaceSettings& settings);
 
-/// The instruction sets that this machine has, worst first.
+/// The instruction sets up to the one that base/instruction_set.h chooses, worst first.
 std::vector<std::string> available_isas();
 
 using TraceFunction = bool (*)(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
