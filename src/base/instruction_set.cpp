@@ -22,7 +22,8 @@ InstructionSet choose() {
   if (variable == nullptr || *variable == '\0') return best;
   for (const InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
     if (std::string(variable) != name_of(set)) continue;
-    if (set > best) throw Error(std::string("EMBRUN_ISA=") + variable + ": this machine does not have that instruction set");
+    if (set > best)
+      throw Error(std::string("EMBRUN_ISA=") + variable + ": this machine does not have that instruction set");
     return set;
   }
   throw Error(std::string("EMBRUN_ISA=") + variable + ": expected baseline, avx2 or avx512");

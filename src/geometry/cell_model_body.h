@@ -226,8 +226,8 @@ FirstLook first_look(const CellFrame& frame, const ParticleArrays& list, std::si
 
 /// D at the 4 x 4 x 4 nodes of a cell (x fastest, faces included), and sums of the axes' second-derivative ranges.
 struct NodeSamples {
-  F16 plane[4];         ///< D on each z plane
-  float least[3];       ///< over the cell, in units of 1 / (cell side)^2
+  F16 plane[4];    ///< D on each z plane
+  float least[3];  ///< over the cell, in units of 1 / (cell side)^2
   float most[3];
   float small_maximum;  ///< what particles too small for the nodes may add anywhere
 };

@@ -8,11 +8,11 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "geometry/cell_model.h"
+#include "geometry/cell_words.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/implicit_surface_storage.h"
 #include "geometry/kernels.h"
 #include "geometry/particle_blocks.h"
-#include "geometry/cell_words.h"
 #include "geometry/surface_model.h"
 
 namespace embrun {
@@ -108,8 +108,8 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
   const float typical = radii.empty() ? model.radius : median_volume_radius(radii);
   const double support = static_cast<double>(kernel_support(model.kernel));
   // Beyond the support of everything there is nothing; a little more keeps rounding inside.
-  const double reach = support * std::max(static_cast<double>(model.influence_factor), 2.0) *
-                       static_cast<double>(largest) * 1.001;
+  const double reach =
+      support * std::max(static_cast<double>(model.influence_factor), 2.0) * static_cast<double>(largest) * 1.001;
   const double budget = std::max(12.0 * static_cast<double>(positions.size()), 262144.0);
   plan.cell_size = 2.0 * static_cast<double>(typical);
   plan.target = 1.0;
@@ -215,7 +215,8 @@ class TileBuilder {
                                               2 * unit, tile_.with_room(count));
     for (int brick = 0; brick < 8; ++brick) {
       const int bx = 2 * (brick & 1), by = brick & 2, bz = (brick & 4) / 2;
-      const Vec3 brick_center = Vec3{static_cast<float>(bx + 1), static_cast<float>(by + 1), static_cast<float>(bz + 1)} * unit;
+      const Vec3 brick_center =
+          Vec3{static_cast<float>(bx + 1), static_cast<float>(by + 1), static_cast<float>(bz + 1)} * unit;
       const std::size_t in_brick =
           loops_.gather(plan_.frame, tile_.arrays(), in_tile, brick_center, unit, brick_.with_room(in_tile));
       take_box_recovered(tile_recovered_, brick_center * (1.0f / unit), 1.0f, brick_recovered_);
@@ -228,7 +229,8 @@ class TileBuilder {
     for (int cell = 0; cell < static_cast<int>(tile_cells); ++cell) {
       if (((tile.near_mask >> cell) & 1u) == 0) continue;
       const SurfaceCell& record = records_[static_cast<std::size_t>(cell)];
-      if (record.kind == SurfaceCellKind::split) splits.push_back({piece.cells.size(), cell_center(cell), 0.5f * unit, 0});
+      if (record.kind == SurfaceCellKind::split)
+        splits.push_back({piece.cells.size(), cell_center(cell), 0.5f * unit, 0});
       piece.cells.push_back(record);
     }
     while (!splits.empty()) {
@@ -266,9 +268,9 @@ class TileBuilder {
     std::size_t count = 0;
     for (int z = low[2]; z < high[2]; ++z) {
       for (int y = low[1]; y < high[1]; ++y) {
-        const std::size_t row = (static_cast<std::size_t>(z) * static_cast<std::size_t>(plan_.cells[1]) +
-                                 static_cast<std::size_t>(y)) *
-                                static_cast<std::size_t>(plan_.cells[0]);
+        const std::size_t row =
+            (static_cast<std::size_t>(z) * static_cast<std::size_t>(plan_.cells[1]) + static_cast<std::size_t>(y)) *
+            static_cast<std::size_t>(plan_.cells[0]);
         const std::size_t begin = sorted_.starts[row + static_cast<std::size_t>(low[0])];
         const std::size_t end = sorted_.starts[row + static_cast<std::size_t>(high[0])];
         if (begin == end) continue;
@@ -427,8 +429,8 @@ class TileBuilder {
     const float half = 0.5f * split.half;
     const double size = 2.0 * static_cast<double>(half) / plan_.units_per_grid;
     for (std::size_t i = 0; i < 8; ++i) {
-      const Vec3 center = split.center + Vec3{(i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half,
-                                              (i & 4) != 0 ? half : -half};
+      const Vec3 center =
+          split.center + Vec3{(i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half};
       SurfaceCell record;
       const std::size_t listed = regather(center, half, in_tile);
       examine(center, half, listed, tile_recovered_, record);
@@ -666,8 +668,8 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
       for (std::size_t t = i * tiles_per_piece; t < last; ++t) {
         const auto row = static_cast<std::size_t>(plan.tiles[0]);
         const auto slab = row * static_cast<std::size_t>(plan.tiles[1]);
-        builder.build(static_cast<int>(t % row), static_cast<int>(t % slab / row), static_cast<int>(t / slab), pieces[i],
-                      tiles[t]);
+        builder.build(static_cast<int>(t % row), static_cast<int>(t % slab / row), static_cast<int>(t / slab),
+                      pieces[i], tiles[t]);
       }
     }
   });
@@ -702,8 +704,8 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   stats.recovered_particles = recovered.size();
   stats.cells = tile_count * tile_cells;
   stats.mean_list_length /= std::max<double>(1.0, static_cast<double>(stats.near_cells));
-  stats.bytes = storage->words.size() * sizeof(std::uint32_t) +
-                storage->cells.size() * sizeof(SurfaceCell) + storage->packed_lists.size() * sizeof(std::uint16_t) +
+  stats.bytes = storage->words.size() * sizeof(std::uint32_t) + storage->cells.size() * sizeof(SurfaceCell) +
+                storage->packed_lists.size() * sizeof(std::uint16_t) +
                 storage->packed_recovered.size() * sizeof(std::uint16_t) +
                 (storage->wide_lists.size() + storage->wide_recovered.size()) * sizeof(float);
   stats.influence_radius = model.influence_radius;

@@ -20,10 +20,11 @@ struct FieldOnLine {
   float value, slope, up, down;
 };
 
-/// Sums over a cell's list that make both normals, pointing away from the particles.
+/// g at a point and the sums over a cell's list that make both normals, pointing away from the particles.
 struct FieldNormals {
-  Vec3 weighted;  ///< sum f_i (y - p_i)/|y - p_i|
-  Vec3 gradient;  ///< minus the gradient of g
+  float value;
+  Vec3 weighted;     ///< sum f_i (y - p_i)/|y - p_i|
+  Vec3 gradient;     ///< minus the gradient of g
   float rise, fall;  ///< -fall <= g'' <= rise in every direction, within the distance asked for
 };
 
@@ -51,7 +52,8 @@ EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
 
 /// Block `i` of the cell's list, relative to `origin` in the coordinates of lists.
 template <SurfaceBranch branch, bool equal_radii>
-EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCell& cell, std::uint32_t i, Vec3 origin) {
+EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCell& cell, std::uint32_t i,
+                                   Vec3 origin) {
   constexpr bool recovered = branch == SurfaceBranch::recovered;
   const std::size_t block = static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + i;
   ParticleLanes p;
@@ -94,8 +96,8 @@ enum class BoundsFor {
 };
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bounds>
-EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d,
-                                          float begin, float end) {
+EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
+                                          const Vec3& d, float begin, float end) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
   F16 value = splat(0.0f), slope = value, up = value, down = value;
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
@@ -135,7 +137,7 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
 }
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
-EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
+EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
   F16 value = splat(0.0f);
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
@@ -148,9 +150,10 @@ EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCel
 }
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
-EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, float within) {
+EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
+                                           float within) {
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
-  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx;
+  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx, sum = wx;
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
@@ -160,18 +163,21 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
     F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
     F16 w = value * inverse;
     if constexpr (branch == SurfaceBranch::recovered) {
+      value = value * p.weight;
       w = w * p.weight;
       first = first * p.weight;
       second = second * p.weight;
     }
     pull = pull * first;
+    sum += value;
     wx -= w * p.x, wy -= w * p.y, wz -= w * p.z;
     gx -= pull * p.x, gy -= pull * p.y, gz -= pull * p.z;
     rise += bend.up * second;
     fall += bend.down * second;
   }
   const float scale = inverse_threshold<branch>(s);
-  return {{sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)},
+  return {sum_lanes(sum) * scale - 1.0f,
+          {sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)},
           Vec3{sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)} * scale,
           sum_lanes(rise) * scale,
           sum_lanes(fall) * scale};
@@ -186,7 +192,8 @@ struct RecoveredSpan {
 };
 
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y, Vec3 d) {
+EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
+                                             const Vec3& d) {
   constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
   const Vec3 origin = list_coordinates<equal_radii>(s, y);
   const F16 nowhere = splat(infinity), before = splat(-infinity), zero = splat(0.0f);
@@ -212,8 +219,9 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
     moment += share * ahead * radius;
   }
   const float total = sum_lanes(most);
-  return {min_lane(begin),  max_lane(end),   total * s.recovered_inverse_threshold,
-          sum_lanes(moment) / max_of(total, 1e-12f), min_lane(entry), max_lane(exit)};
+  return {
+      min_lane(begin), max_lane(end), total * s.recovered_inverse_threshold, sum_lanes(moment) / max_of(total, 1e-12f),
+      min_lane(entry), max_lane(exit)};
 }
 
 }  // namespace embrun

@@ -68,9 +68,10 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
 /// to the cell's centre; F <= model + slack. `guess` is where to look first; but a ray that starts on the surface is
 /// looked at there before (F may be a rounding error above 0), and with `at_low` the field at `low` is known.
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
-EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                                    float sign, const Parabola& model, float slack, float low, float high, float guess,
-                                    bool starts_on_surface, const FieldOnLine* at_low, float& t_hit) {
+EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                    const Vec3& direction, float sign, const Parabola& model, float slack, float low,
+                                    float high, float guess, bool starts_on_surface, const FieldOnLine* at_low,
+                                    float& t_hit) {
   float sure = infinity;  // F has reached 0 by here
   float t = starts_on_surface || at_low != nullptr ? low : guess;
   float last_width = infinity;
@@ -140,7 +141,10 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     const float newton = slope > 0.0f ? t - value / slope : infinity;
     if (sure < infinity) {
       const float width = sure - low;
-      if (width <= tolerance) {
+      // Found: within the tolerance, or where the slope cannot turn before it, so that the crossing is the only one
+      // there and Newton's steps lead to it (fill_hit takes the last ones).
+      const bool monotone = slope > 2.0f * max_of(up, down) * max_of(t - low, sure - t);
+      if (width <= tolerance || monotone) {
         t_hit = newton > low && newton < sure ? newton : 0.5f * (low + sure);
         return t_hit <= high;
       }
@@ -173,15 +177,15 @@ EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float si
   const float hz = c[8] * o.x + c[9] * o.y + 2.0f * c[6] * o.z;
   const float value = c[0] + c[1] * o.x + c[2] * o.y + c[3] * o.z + 0.5f * (hx * o.x + hy * o.y + hz * o.z);
   const float slope = (c[1] + hx) * d.x + (c[2] + hy) * d.y + (c[3] + hz) * d.z;
-  const float curve = c[4] * d.x * d.x + c[5] * d.y * d.y + c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.x * d.z +
-                      c[9] * d.y * d.z;
+  const float curve =
+      c[4] * d.x * d.x + c[5] * d.y * d.y + c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.x * d.z + c[9] * d.y * d.z;
   return {sign * value, sign * slope, sign * curve};
 }
 
 /// What is known of where the ray starts.
 struct RayStart {
-  bool on_surface = false;      ///< it starts on the surface, in this cell
-  float clear_main = 0.0f;      ///< no crossing of the main field's surface before this t
+  bool on_surface = false;  ///< it starts on the surface, in this cell
+  float clear_main = 0.0f;  ///< no crossing of the main field's surface before this t
   float clear_recovered = 0.0f;
 };
 
@@ -194,8 +198,9 @@ struct CellCrossing {
 /// First crossing of the main field's side change within [low, high]; `origin` is relative to the cell's centre
 /// and t = 0 there.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                             float sign, float low, float high, bool starts_on_surface, float& t) {
+EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                   const Vec3& direction, float sign, float low, float high, bool starts_on_surface,
+                                   float& t) {
   const Parabola model = model_along(cell, origin, direction, sign);
   const float slack = sign > 0.0f ? cell.upper : cell.lower;
   if (!first_possible(model, slack, low, high)) return false;
@@ -206,9 +211,9 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
 
 /// The same for the recovered particles' field, which has no model. `at_low`: the field at `low`, or null.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin,
-                                        Vec3 direction, float sign, float low, float high, bool starts_on_surface,
-                                        const FieldOnLine* at_low, float& t) {
+EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                        const Vec3& direction, float sign, float low, float high,
+                                        bool starts_on_surface, const FieldOnLine* at_low, float& t) {
   const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
   float guess = span.ball_exit;
   if (sign > 0.0f) {
@@ -219,14 +224,15 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
     guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
   }
   const Parabola none{0.0f, 0.0f, 0.0f};
-  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(
-      s, cell, origin, direction, sign, none, 1.0f, low, high, guess, starts_on_surface, at_low, t);
+  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, sign, none, 1.0f,
+                                                                       low, high, guess, starts_on_surface, at_low, t);
 }
 
 /// First crossing of the union's surface within [low, high] of one near cell.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                             bool inside, float low, float high, const RayStart& start, CellCrossing& hit) {
+EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                   const Vec3& direction, bool inside, float low, float high, const RayStart& start,
+                                   CellCrossing& hit) {
   // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
   const bool main_start = start.on_surface && start.clear_main == 0.0f;
   const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
@@ -242,8 +248,8 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     }
     float t;
     if (has_recovered &&
-        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_recovered), high,
-                                                recovered_start, nullptr, t)) {
+        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_recovered),
+                                                high, recovered_start, nullptr, t)) {
       hit = {t, SurfaceBranch::recovered};
       found = true;
     }
@@ -281,16 +287,26 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   return true;
 }
 
-/// Position, both normals and side of a crossing. `center` is the cell's centre in grid units.
+/// Brings a crossing to its exact place and fills in its normals, side and what is known of the field there.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 origin, Vec3 direction,
-                        const CellCrossing& crossing, bool inside, SurfaceHit& hit) {
-  const Vec3 y = origin + direction * crossing.t;
+EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                              const Vec3& direction, CellCrossing& crossing, bool inside, SurfaceHit& hit) {
   const bool main = crossing.branch == SurfaceBranch::main;
   // Far enough to be of use, near enough for the bounds to be tight; with mixed radii there is no one such distance.
-  const float reach = equal_radii ? clearance_reach / (main ? s.inverse_influence : s.recovered_inverse_influence) : 0.0f;
-  const FieldNormals n = main ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y, reach)
-                              : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y, reach);
+  const float reach =
+      equal_radii ? clearance_reach / (main ? s.inverse_influence : s.recovered_inverse_influence) : 0.0f;
+  FieldNormals n;
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 y = origin + direction * crossing.t;
+    n = main ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y, reach)
+             : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y, reach);
+    // A last step of Newton's; the normals of where it starts do if it is short.
+    const float slope = -dot(n.gradient, direction);
+    const float step = (inside ? slope < 0.0f : slope > 0.0f) ? -n.value / slope : 0.0f;
+    const float longest = min_of(0.1f, 0.5f / max_of(fabsf(slope), 1e-6f));
+    crossing.t = max_of(crossing.t + clamp(step, -longest, longest), 0.0f);
+    if (fabsf(step) <= crossing_tolerance) break;
+  }
   const float gradient = length(n.gradient);
   const float weighted = length(n.weighted);
   const Vec3 against = inside ? direction : -direction;
@@ -317,8 +333,9 @@ EMBRUN_FN float box_exit(const GridRay& ray, Vec3 low, Vec3 high, int& axis) {
 
 /// The part [low, high] of a ray inside one near top cell, whose children are walked front to back.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell* cell, Vec3 center, const GridRay& ray,
-                             bool inside, float low, float high, RayStart start, float& t, SurfaceHit& hit) {
+EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell* cell, Vec3 center,
+                                   const GridRay& ray, bool inside, float low, float high, RayStart start, float& t,
+                                   SurfaceHit& hit) {
   float half = 0.5f;
   const SurfaceCell* const top = cell;
   const Vec3 top_center = center;
@@ -346,8 +363,8 @@ EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCe
       const Vec3 origin = ray.origin - center;
       CellCrossing crossing;
       if (cell_crossing<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, low, end, start, crossing)) {
-        t = crossing.t;
         fill_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, crossing, inside, hit);
+        t = crossing.t;
         return true;
       }
       start.on_surface = false;
@@ -382,7 +399,7 @@ EMBRUN_FN void prefetch(const void* address) {
 
 /// Whether a point (grid units) is in the body.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
+EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, const Vec3& p) {
   int c[3];
   for (int a = 0; a < 3; ++a) {
     if (!(p[a] >= 0.0f && p[a] < static_cast<float>(s.cells[a]))) return false;
@@ -402,8 +419,7 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, Vec3 p) {
   if (cell->kind != SurfaceCellKind::near) return cell->kind == SurfaceCellKind::inside;
   const Vec3 y = p - center;
   if (cell->list_blocks > 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
-  return cell->recovered_blocks > 0 &&
-         field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
+  return cell->recovered_blocks > 0 && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
 }
 
 /// Walks the top grid from t = low to high (grid units from ray.origin).
@@ -504,14 +520,16 @@ EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ra
   // A clearance that is hardly more than the rounding of the origin is as good as none.
   RayStart known;
   const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
-  if (start != Side::unknown && clear > least_clearance) (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;
+  if (start != Side::unknown && clear > least_clearance)
+    (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;
   if (!walk_grid<kernel, equal_radii>(s, local, low, high, start, known, t, hit)) return false;
   const double distance = moved + static_cast<double>(t);
   hit.t = static_cast<float>(distance * static_cast<double>(s.cell_size));
   for (int a = 0; a < 3; ++a) {
-    hit.position[a] = static_cast<float>(
-        s.origin[a] + static_cast<double>(s.cell_size) * (static_cast<double>(local.origin[a]) +
-                                                          static_cast<double>(local.direction[a]) * static_cast<double>(t)));
+    hit.position[a] =
+        static_cast<float>(s.origin[a] + static_cast<double>(s.cell_size) *
+                                             (static_cast<double>(local.origin[a]) +
+                                              static_cast<double>(local.direction[a]) * static_cast<double>(t)));
   }
   return true;
 }
@@ -568,8 +586,8 @@ EMBRUN_FN void prefetch_surface(const ImplicitSurfaceView& s, const Ray& ray) {
       prefetch(cell);
     } else if (cell->kind == SurfaceCellKind::near) {
       const std::size_t block = s.equal_radii ? packed_stride * sizeof(std::uint16_t) : wide_stride * sizeof(float);
-      const char* list = s.equal_radii ? reinterpret_cast<const char*>(s.packed_lists)
-                                       : reinterpret_cast<const char*>(s.wide_lists);
+      const char* list =
+          s.equal_radii ? reinterpret_cast<const char*>(s.packed_lists) : reinterpret_cast<const char*>(s.wide_lists);
       const std::size_t begin = cell->list * block, end = begin + cell->list_blocks * block;
       for (std::size_t at = begin; at < end; at += 64) prefetch(list + at);
     }
@@ -577,7 +595,7 @@ EMBRUN_FN void prefetch_surface(const ImplicitSurfaceView& s, const Ray& ray) {
 }
 
 /// Whether a point (scene coordinates) is inside the body.
-EMBRUN_LOCAL_FN bool implicit_surface_contains(const ImplicitSurfaceView& s, Vec3 point) {
+EMBRUN_LOCAL_FN bool implicit_surface_contains(const ImplicitSurfaceView& s, const Vec3& point) {
   Vec3 p;
   for (int a = 0; a < 3; ++a) {
     p[a] = static_cast<float>((static_cast<double>(point[a]) - s.origin[a]) / static_cast<double>(s.cell_size));

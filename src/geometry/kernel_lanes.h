@@ -131,9 +131,7 @@ template <>
 struct KernelLanes<Kernel::blinn> {
   static constexpr float scale = 1.0f / (1.0f - blinn_cut);
 
-  static EMBRUN_FN F16 value(F16 q) {
-    return max_of((exp_of(q * -blinn_exponent) - blinn_cut) * scale, splat(0.0f));
-  }
+  static EMBRUN_FN F16 value(F16 q) { return max_of((exp_of(q * -blinn_exponent) - blinn_cut) * scale, splat(0.0f)); }
   /// f'' = (-2k + 4k^2 (q - h^2)) exp(-k q): at most 4k exp(-1.5) exp(-k h^2), at least -2k exp(-k h^2).
   static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
     const F16 gauss = exp_of(q * -blinn_exponent) * scale;
@@ -147,8 +145,8 @@ struct KernelLanes<Kernel::blinn> {
   static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
   static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
     const F16 nearest = max_of(u - h, splat(0.0f));
-    const F16 gauss = select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent),
-                                  splat(0.0f));
+    const F16 gauss =
+        select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent), splat(0.0f));
     constexpr float k = blinn_exponent * 1.0011f;
     return {2.0f * k * gauss, 0.8926f * k * gauss};
   }

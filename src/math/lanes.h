@@ -40,21 +40,21 @@ struct F16 {
 
 #define EMBRUN_FOR_LANE_PARTS for (int i = 0; i < lane_registers; ++i)
 
-#define EMBRUN_LANES_BINARY(op)                                      \
-  EMBRUN_FN F16 operator op(F16 a, F16 b) {                          \
-    F16 r;                                                           \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b.part[i];        \
-    return r;                                                        \
-  }                                                                  \
-  EMBRUN_FN F16 operator op(F16 a, float b) {                        \
-    F16 r;                                                           \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b;                \
-    return r;                                                        \
-  }                                                                  \
-  EMBRUN_FN F16 operator op(float a, F16 b) {                        \
-    F16 r;                                                           \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a op b.part[i];                \
-    return r;                                                        \
+#define EMBRUN_LANES_BINARY(op)                               \
+  EMBRUN_FN F16 operator op(F16 a, F16 b) {                   \
+    F16 r;                                                    \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b.part[i]; \
+    return r;                                                 \
+  }                                                           \
+  EMBRUN_FN F16 operator op(F16 a, float b) {                 \
+    F16 r;                                                    \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b;         \
+    return r;                                                 \
+  }                                                           \
+  EMBRUN_FN F16 operator op(float a, F16 b) {                 \
+    F16 r;                                                    \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a op b.part[i];         \
+    return r;                                                 \
   }
 EMBRUN_LANES_BINARY(+)
 EMBRUN_LANES_BINARY(-)
