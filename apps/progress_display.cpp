@@ -1,10 +1,9 @@
 #include "progress_display.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
-
-#include <fmt/format.h>
 
 namespace embrun {
 namespace {
@@ -45,8 +44,8 @@ void ProgressDisplay::finish() {
 void ProgressDisplay::draw_bar(const Progress& progress) {
   constexpr int width = 30;
   const int filled = static_cast<int>(progress.fraction * width);
-  const std::string bar = std::string(static_cast<std::size_t>(filled), '=') +
-                          std::string(static_cast<std::size_t>(width - filled), ' ');
+  const std::string bar =
+      std::string(static_cast<std::size_t>(filled), '=') + std::string(static_cast<std::size_t>(width - filled), ' ');
   // Clears what a longer line left.
   fmt::print(stderr, "\r{:<9} [{}] {:3.0f} %  {}{}\x1b[K", stage_, bar, 100 * progress.fraction,
              duration(progress.elapsed), remaining(progress));

@@ -1,11 +1,10 @@
 #include <embrun/embrun.h>
+#include <fmt/format.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <memory>
-
-#include <fmt/format.h>
 
 #include "commands.h"
 #include "parse_values.h"
@@ -29,28 +28,39 @@ void add_picture_options(CLI::App& c, RenderArguments& a) {
   const char* group = "The picture";
   c.add_option("-o,--output", a.output, "picture to write: .png, .exr, .pfm or .hdr")->required()->group(group);
   c.add_option("--size", a.size, "WxH in pixels")->default_str("1280x720")->group(group);
-  c.add_option("--crop", a.crop, "x,y,w,h: render this part of the picture only (from the top left corner)")->group(group);
-  c.add_option("--spp", o.samples, "samples per pixel: four times as many halve the noise")->capture_default_str()->group(group);
-  c.add_option("--seed", o.seed, "another one gives another noise; the same one the same bits")->capture_default_str()->group(group);
-  c.add_option("--layer", o.layer,
-               "what a format with one layer gets: beauty, albedo, normal, depth (metres along the camera ray, infinite where "
-               "nothing is), samples, variance. EXR gets all")
+  c.add_option("--crop", a.crop, "x,y,w,h: render this part of the picture only (from the top left corner)")
+      ->group(group);
+  c.add_option("--spp", o.samples, "samples per pixel: four times as many halve the noise")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--seed", o.seed, "another one gives another noise; the same one the same bits")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option(
+       "--layer", o.layer,
+       "what a format with one layer gets: beauty, albedo, normal, depth (metres along the camera ray, infinite where "
+       "nothing is), samples, variance. EXR gets all")
       ->capture_default_str()
       ->group(group);
   c.add_option("--exposure", o.exposure, "of PNG, in stops: 1 doubles")->capture_default_str()->group(group);
   c.add_option("--tone", o.tone, "tone curve of PNG: filmic (rolls off up to radiance 10), srgb (clips at 1)")
       ->capture_default_str()
       ->group(group);
-  c.add_option("--filter", o.filter, "of a pixel: box, tent, gaussian, blackman-harris")->capture_default_str()->group(group);
+  c.add_option("--filter", o.filter, "of a pixel: box, tent, gaussian, blackman-harris")
+      ->capture_default_str()
+      ->group(group);
   c.add_flag("--denoise", o.denoise, "filter the noise, guided by albedo, normal, depth and variance")->group(group);
 }
 
 void add_camera_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The camera";
-  c.add_option("--view", o.view, "framed on the particles: front, side, top, three-quarter")->capture_default_str()->group(group);
+  c.add_option("--view", o.view, "framed on the particles: front, side, top, three-quarter")
+      ->capture_default_str()
+      ->group(group);
   c.add_option("--camera-from", a.camera_from, "x,y,z: where the camera is, in place of a view")->group(group);
-  c.add_option("--camera-to", a.camera_to, "x,y,z: what it looks at (default: the middle of the particles)")->group(group);
+  c.add_option("--camera-to", a.camera_to, "x,y,z: what it looks at (default: the middle of the particles)")
+      ->group(group);
   c.add_option("--fov", o.fov, "vertical field of view in degrees")->default_str("35")->group(group);
   c.add_option("--up", o.up, "the axis that points up: y, z")->capture_default_str()->group(group);
 }
@@ -58,8 +68,11 @@ void add_camera_options(CLI::App& c, RenderArguments& a) {
 void add_surface_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The surface";
-  c.add_option("--radius", o.radius, "particle radius in metres")->default_str("the file's, else half the rest spacing")->group(group);
-  c.add_option("--order", o.order, "neighbourhood order n: a particle is felt to 2 n radii. Higher is smoother, and slower")
+  c.add_option("--radius", o.radius, "particle radius in metres")
+      ->default_str("the file's, else half the rest spacing")
+      ->group(group);
+  c.add_option("--order", o.order,
+               "neighbourhood order n: a particle is felt to 2 n radii. Higher is smoother, and slower")
       ->capture_default_str()
       ->group(group);
   c.add_option("--kernel", o.kernel, "metaball, zhu-bridson, blinn")->capture_default_str()->group(group);
@@ -67,11 +80,14 @@ void add_surface_options(CLI::App& c, RenderArguments& a) {
                "of the field at the surface: auto (half the field inside), thesis (2n-1), or a number")
       ->capture_default_str()
       ->group(group);
-  c.add_option("--recover", o.recover,
-               "lone particles that the field loses come back as balls: smooth (no popping), thesis (by a hard rule), off")
+  c.add_option(
+       "--recover", o.recover,
+       "lone particles that the field loses come back as balls: smooth (no popping), thesis (by a hard rule), off")
       ->capture_default_str()
       ->group(group);
-  c.add_option("--normal", o.normal, "weighted (smoother), gradient (of the field)")->capture_default_str()->group(group);
+  c.add_option("--normal", o.normal, "weighted (smoother), gradient (of the field)")
+      ->capture_default_str()
+      ->group(group);
   c.add_option("--method", o.method, "fast, thesis (the original tracer, a baseline: hundreds of times slower)")
       ->capture_default_str()
       ->group(group);
@@ -82,15 +98,17 @@ void add_scene_options(CLI::App& c, RenderArguments& a) {
   const char* group = "Water and surroundings";
   c.add_option("--ior", o.ior, "refractive index of the fluid")->capture_default_str()->group(group);
   c.add_option("--absorption", a.absorption, "r,g,b per metre")->default_str("clear water")->group(group);
-  c.add_option("--env", o.environment, "light all round: sky, studio, white (radiance 1), or a lat-long EXR or HDR file")
+  c.add_option("--env", o.environment,
+               "light all round: sky, studio, white (radiance 1), or a lat-long EXR or HDR file")
       ->capture_default_str()
       ->group(group);
   c.add_option("--floor", o.floor, "none, plain, checker")->capture_default_str()->group(group);
   c.add_option("--floor-height", o.floor_height, "in metres along the up axis")
       ->default_str("cuts through the lowest layer of particles")
       ->group(group);
-  c.add_option("--container", a.container,
-               "x0,y0,z0,x1,y1,z1: the box that holds the fluid, which ends flat at its faces and touches them without a gap")
+  c.add_option(
+       "--container", a.container,
+       "x0,y0,z0,x1,y1,z1: the box that holds the fluid, which ends flat at its faces and touches them without a gap")
       ->group(group);
   c.add_option("--mesh", o.meshes, "PLY or OBJ file to show as a grey object; may be repeated")->group(group);
 }
@@ -99,10 +117,13 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The work";
   c.add_option("--threads", o.threads, "0: all that the machine has")->capture_default_str()->group(group);
-  c.add_option("--max-depth", o.max_depth, "most reflections and refractions of a path")->capture_default_str()->group(group);
-  c.add_option("--refractions", a.refractions,
-               "1, 2, ... or all: after the last one allowed a ray goes straight on through every surface. For comparisons "
-               "with renderers that stop there; it looks wrong")
+  c.add_option("--max-depth", o.max_depth, "most reflections and refractions of a path")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option(
+       "--refractions", a.refractions,
+       "1, 2, ... or all: after the last one allowed a ray goes straight on through every surface. For comparisons "
+       "with renderers that stop there; it looks wrong")
       ->capture_default_str()
       ->group(group);
   c.add_option("--first-sample", o.first_sample, "index of the first sample: with --crop and --spp 1, replays one path")

@@ -42,34 +42,34 @@ struct RenderOptions {
   int samples = 64;                        ///< per pixel
   int first_sample = 0;                    ///< index of the first: with a crop, replays one path
   std::uint32_t seed = 0;
-  int threads = 0;                         ///< 0: as many as the machine has
-  std::string filter = "box";              ///< of a pixel: box, tent, gaussian, blackman-harris
-  int max_depth = 256;                     ///< scattering events of a path
-  int refractions = -1;                    ///< after that many a ray goes straight on; -1: any number
+  int threads = 0;             ///< 0: as many as the machine has
+  std::string filter = "box";  ///< of a pixel: box, tent, gaussian, blackman-harris
+  int max_depth = 256;         ///< scattering events of a path
+  int refractions = -1;        ///< after that many a ray goes straight on; -1: any number
 
   // The camera: from and to, or a view that is framed on the particles.
   std::optional<Point> camera_from, camera_to;
-  std::optional<double> fov;            ///< vertical; default 35
+  std::optional<double> fov;           ///< vertical; default 35
   std::string view = "three-quarter";  ///< front, side, top, three-quarter
   std::string up = "y";                ///< y, z
 
   // The surface.
-  std::optional<double> radius;      ///< default: the particles' own, else half the rest spacing
-  int order = 3;                     ///< neighbourhood order n
-  std::string kernel = "metaball";   ///< metaball, zhu-bridson, blinn
-  std::string threshold = "auto";    ///< auto, thesis, or a number
-  std::string recover = "smooth";    ///< smooth, thesis, off
-  std::string normal = "weighted";   ///< weighted, gradient
-  std::string method = "fast";       ///< fast, thesis
+  std::optional<double> radius;     ///< default: the particles' own, else half the rest spacing
+  int order = 3;                    ///< neighbourhood order n
+  std::string kernel = "metaball";  ///< metaball, zhu-bridson, blinn
+  std::string threshold = "auto";   ///< auto, thesis, or a number
+  std::string recover = "smooth";   ///< smooth, thesis, off
+  std::string normal = "weighted";  ///< weighted, gradient
+  std::string method = "fast";      ///< fast, thesis
 
   // Water and surroundings.
   double ior = 1.33;
-  std::optional<Color> absorption;  ///< default: that of clear water
-  std::string environment = "sky";  ///< sky, studio, white, or a latitude-longitude picture file
-  std::string floor = "plain";      ///< none, plain, checker
-  std::optional<double> floor_height;               ///< default: cuts through the lowest layer of particles
-  std::optional<std::array<double, 6>> container;   ///< x0, y0, z0, x1, y1, z1
-  std::vector<std::string> meshes;                  ///< PLY or OBJ files, shown as grey objects
+  std::optional<Color> absorption;                 ///< default: that of clear water
+  std::string environment = "sky";                 ///< sky, studio, white, or a latitude-longitude picture file
+  std::string floor = "plain";                     ///< none, plain, checker
+  std::optional<double> floor_height;              ///< default: cuts through the lowest layer of particles
+  std::optional<std::array<double, 6>> container;  ///< x0, y0, z0, x1, y1, z1
+  std::vector<std::string> meshes;                 ///< PLY or OBJ files, shown as grey objects
 
   // What is written.
   bool denoise = false;
@@ -99,10 +99,10 @@ struct Picture {
 };
 
 struct Progress {
-  const char* stage = "";   ///< reading, building, rendering, writing
-  double fraction = 0;      ///< of the stage, 0 to 1
-  double elapsed = 0;       ///< seconds, of the stage
-  double remaining = -1;    ///< seconds, an estimate; negative: unknown
+  const char* stage = "";  ///< reading, building, rendering, writing
+  double fraction = 0;     ///< of the stage, 0 to 1
+  double elapsed = 0;      ///< seconds, of the stage
+  double remaining = -1;   ///< seconds, an estimate; negative: unknown
 };
 
 struct RenderHooks {
@@ -145,14 +145,14 @@ struct RenderReport {
   std::uint32_t seed = 0;
   std::uint64_t samples_done = 0;  ///< in all pixels
   bool cancelled = false;
-  double relative_error = 0;       ///< standard error of a pixel over the mean, root mean square
+  double relative_error = 0;  ///< standard error of a pixel over the mean, root mean square
   // Light transport.
   RayReport camera_rays, outside_rays, inside_rays, shadow_rays;
   std::uint64_t scatterings = 0;
-  std::uint64_t bent_directions = 0;       ///< sent across the surface by a shading normal, and put right
-  std::uint64_t medium_contradictions = 0; ///< crossings that disagreed with the medium, and were put right
-  std::uint64_t bad_samples = 0;           ///< NaN, infinite, negative or stuck: left out
-  std::vector<std::string> replay_flags;   ///< flags that render one of them alone, for the first few
+  std::uint64_t bent_directions = 0;        ///< sent across the surface by a shading normal, and put right
+  std::uint64_t medium_contradictions = 0;  ///< crossings that disagreed with the medium, and were put right
+  std::uint64_t bad_samples = 0;            ///< NaN, infinite, negative or stuck: left out
+  std::vector<std::string> replay_flags;    ///< flags that render one of them alone, for the first few
 };
 
 /// Several lines for people, ending with a line feed.

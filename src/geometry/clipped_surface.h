@@ -11,8 +11,7 @@ namespace embrun {
 /// First crossing of the clipped body with t in (t_min, t_max); false leaves `hit` unspecified.
 /// `side` is the side of the clipped body that the ray starts on.
 template <class Body>
-EMBRUN_LOCAL_FN bool intersect_clipped(const Body& body, const Box3& box, const Ray& ray, Side side,
-                                       SurfaceHit& hit) {
+EMBRUN_LOCAL_FN bool intersect_clipped(const Body& body, const Box3& box, const Ray& ray, Side side, SurfaceHit& hit) {
   if (side == Side::unknown) {
     side = box.contains(ray.origin) && body.contains(ray.origin) ? Side::inside : Side::outside;
   }

@@ -3,9 +3,10 @@
 #include <cstdint>
 
 #include "camera/camera.h"
-#include "media/media_state.h"
+#include "integrators/direction_guide.h"
 #include "lights/light_set.h"
 #include "materials/material.h"
+#include "media/media_state.h"
 
 namespace embrun {
 
@@ -34,6 +35,7 @@ struct PathScene {
   LightSet lights;
   Camera camera;
   MediaState camera_media;  ///< what the camera is in
+  DirectionGuide guide;
   PathSettings settings;
 };
 

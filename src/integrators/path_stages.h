@@ -40,15 +40,14 @@ struct ShadowRay {
 EMBRUN_LOCAL_FN PathState generate_path(const PathScene& scene, int x, int y, std::uint32_t sample) {
   PathState path;
   path.key.seed = scene.settings.seed;
-  path.key.pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(scene.camera.width) +
-                   static_cast<std::uint32_t>(x);
+  path.key.pixel =
+      static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(scene.camera.width) + static_cast<std::uint32_t>(x);
   path.key.sample = sample;
   const SamplerKind kind = scene.settings.sampler;
   CameraSample numbers;
   numbers.film = sample_2d(kind, path.key, Dimension::camera_film);
   if (scene.camera.lens_radius > 0.0f) numbers.lens = sample_2d(kind, path.key, Dimension::camera_lens);
-  if (scene.camera.shutter_close > scene.camera.shutter_open)
-    numbers.time = sample_1d(kind, path.key, Dimension::time);
+  if (scene.camera.shutter_close > scene.camera.shutter_open) numbers.time = sample_1d(kind, path.key, Dimension::time);
   path.ray = camera_ray(scene.camera, x, y, numbers);
   path.throughput = grey(1.0f);
   path.media = scene.camera_media;
@@ -84,21 +83,19 @@ EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounter
   if (path.media.counts != 0) ++counters.contradictions;
   if (medium != 0) path.throughput *= radiance_factor(scene, medium, 0);
   const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
-  path.radiance += path.throughput * light.radiance *
-                   met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+  path.radiance +=
+      path.throughput * light.radiance * met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
   if (path.has_normal && !path.has_albedo) path.albedo = grey(1.0f);
 }
 
 /// Light of an emitter that the path met.
 EMBRUN_FN void add_met_light(const PathScene& scene, PathState& path, const LightHit& light) {
-  path.radiance += path.throughput * light.radiance *
-                   met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+  path.radiance +=
+      path.throughput * light.radiance * met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
 }
 
 /// A boundary as the media counters see it; class 0 (an opaque surface, a hole) is none.
-EMBRUN_FN MediaBoundary boundary_of(const SceneHit& hit) {
-  return {hit.media_class, hit.fluid, hit.surface.entering};
-}
+EMBRUN_FN MediaBoundary boundary_of(const SceneHit& hit) { return {hit.media_class, hit.fluid, hit.surface.entering}; }
 
 /// The media behind a boundary as they are, once the path's own are put right if they contradict it.
 template <class Intersector>
@@ -134,7 +131,8 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
   const float t = lamp.light >= 0 ? lamp.distance : t_surface;
 
   // Absorption on the way.
-  if (t < infinity) path.throughput *= absorption_transmittance(scene.media[path.media.current()].absorption, t - ray.t_min);
+  if (t < infinity)
+    path.throughput *= absorption_transmittance(scene.media[path.media.current()].absorption, t - ray.t_min);
   if (lamp.light >= 0) {
     add_met_light(scene, path, lamp);
     if (!path.has_normal) path.first_distance = t;
@@ -184,6 +182,42 @@ EMBRUN_FN Vec3 leave_surface(const SceneHit& hit, Vec3 direction) {
   return hit.surface.position + side * hit.surface.geometric_normal;
 }
 
+/// The table that guides directions at a diffuse point of the path, or null.
+EMBRUN_FN const Distribution2D* guide_of(const PathScene& scene, const PathState& path) {
+  return scene.guide.share > 0.0f ? &scene.guide.cells[path.media.counts != 0 ? 1 : 0] : nullptr;
+}
+
+/// Density with which sample_diffuse_direction draws `wi`, where the surface's own choice has density `own_pdf`.
+EMBRUN_FN float diffuse_pdf(const PathScene& scene, const Distribution2D* guide, float own_pdf, Vec3 wi) {
+  if (guide == nullptr) return own_pdf;
+  return (1.0f - scene.guide.share) * own_pdf + scene.guide.share * guide_pdf(*guide, wi);
+}
+
+/// As sample_bsdf for a diffuse bsdf, some of the directions being drawn from the guide.
+EMBRUN_LOCAL_FN BsdfSample sample_diffuse_direction(const PathScene& scene, PathState& path, const Bsdf& bsdf,
+                                                    const SurfaceNormals& normals, Vec3 wo) {
+  const SamplerKind kind = scene.settings.sampler;
+  const Sample2 u = sample_2d(kind, path.key, Dimension::bsdf_direction);
+  const Distribution2D* guide = guide_of(scene, path);
+  if (guide == nullptr) return sample_bsdf(bsdf, normals, wo, 0.0f, u);
+
+  BsdfSample next;
+  if (sample_1d(kind, path.key, Dimension::bsdf_lobe) < scene.guide.share) {
+    next.wi = sample_guide(*guide, u);
+    next.pdf = pdf_bsdf(bsdf, normals, wo, next.wi);
+    next.weight = bsdf.reflectance;
+    next.valid = next.pdf > 0.0f;  // not for directions under the surface
+  } else {
+    next = sample_bsdf(bsdf, normals, wo, 0.0f, u);
+  }
+  if (!next.valid) return next;
+  const float pdf = diffuse_pdf(scene, guide, next.pdf, next.wi);
+  path.guide_factor *= next.pdf / pdf;
+  next.weight *= next.pdf / pdf;
+  next.pdf = pdf;
+  return next;
+}
+
 /// Draws light for a diffuse point and fills in the ray that finds out whether it arrives. False: none does.
 EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
                                   const SurfaceNormals& normals, ShadowRay& shadow) {
@@ -191,8 +225,9 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
   if (settings.lights == LightStrategy::bsdf_only || scene.lights.count == 0) return false;
   const Vec3 wo = -path.ray.direction;
   const Vec3 origin = leave_surface(hit, wo);
-  const LightSample light = sample_lights(scene.lights, origin, sample_1d(settings.sampler, path.key, Dimension::light_choice),
-                                          sample_2d(settings.sampler, path.key, Dimension::light_position));
+  const LightSample light =
+      sample_lights(scene.lights, origin, sample_1d(settings.sampler, path.key, Dimension::light_choice),
+                    sample_2d(settings.sampler, path.key, Dimension::light_position));
   if (!light.valid || !(light.pdf > 0.0f)) return false;
   shadow.straight = goes_straight(settings, path);
   // No light from infinity gets into a refracting medium but by refraction, which shadow rays don't do.
@@ -201,10 +236,10 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
 
   const float scatter_pdf = pdf_bsdf(bsdf, normals, wo, light.direction);
   if (!(scatter_pdf > 0.0f)) return false;
-  const float weight =
-      settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, scatter_pdf) : 1.0f;
-  shadow.contribution = path.throughput * eval_bsdf(bsdf, normals, wo, light.direction) * light.radiance *
-                        (weight / light.pdf);
+  const float other_pdf = diffuse_pdf(scene, guide_of(scene, path), scatter_pdf, light.direction);
+  const float weight = settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, other_pdf) : 1.0f;
+  shadow.contribution =
+      path.throughput * eval_bsdf(bsdf, normals, wo, light.direction) * light.radiance * (weight / light.pdf);
   shadow.media = path.media;
   shadow.ray = path.ray;
   shadow.ray.origin = origin;
@@ -220,7 +255,8 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
 /// factor that refraction puts on radiance (in water the throughput is smaller by n^2, the light larger).
 EMBRUN_FN void play_roulette(const PathScene& scene, PathState& path) {
   if (path.depth < scene.settings.roulette_depth) return;
-  const float share = max_component(path.throughput) * radiance_factor(scene, path.media.current(), 0);
+  const float share =
+      max_component(path.throughput) * radiance_factor(scene, path.media.current(), 0) / path.guide_factor;
   if (!(share < 1.0f)) return;
   const float survival = max_of(share, 0.02f);
   if (sample_1d(scene.settings.sampler, path.key, Dimension::roulette) >= survival)
@@ -253,10 +289,9 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
 
   const bool lit = !specular && sample_light(scene, path, hit, bsdf, normals, shadow);
 
-  const SamplerKind kind = scene.settings.sampler;
-  const float u_lobe = specular ? sample_1d(kind, path.key, Dimension::bsdf_lobe) : 0.0f;
-  const Sample2 u = specular ? Sample2{} : sample_2d(kind, path.key, Dimension::bsdf_direction);
-  const BsdfSample next = sample_bsdf(bsdf, normals, wo, u_lobe, u);
+  const BsdfSample next =
+      specular ? sample_bsdf(bsdf, normals, wo, sample_1d(scene.settings.sampler, path.key, Dimension::bsdf_lobe), {})
+               : sample_diffuse_direction(scene, path, bsdf, normals, wo);
   counters.bends += next.bent;
   ++counters.scatterings;
   if (!next.valid || is_black(next.weight)) {

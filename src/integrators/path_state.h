@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "media/media_state.h"
 #include "math/ray.h"
+#include "media/media_state.h"
 #include "sampling/sampler.h"
 
 namespace embrun {
@@ -13,14 +13,17 @@ namespace embrun {
 /// `throughput` follows the radiance convention: crossing from index a into b multiplies it by (a/b)^2, so
 /// inside water it is smaller by 1.77 than the share of the light that gets to the camera.
 struct PathState {
-  Ray ray;            ///< the segment to trace next
-  Rgb throughput;     ///< what radiance along `ray` counts in the pixel
-  Rgb radiance;       ///< gathered so far
-  MediaState media;   ///< what `ray` starts in
-  SampleKey key;      ///< whose random numbers; `bounce` counts scattering events, as depth does
+  Ray ray;           ///< the segment to trace next
+  Rgb throughput;    ///< what radiance along `ray` counts in the pixel
+  Rgb radiance;      ///< gathered so far
+  MediaState media;  ///< what `ray` starts in
+  SampleKey key;     ///< whose random numbers; `bounce` counts scattering events, as depth does
 
   /// Density per steradian with which the direction of `ray` was drawn; 0: specular, or the camera.
   float scatter_pdf = 0;
+  /// What guided directions made of the throughput: it is small where much light is expected, which is no reason to end a
+  /// path, so Russian roulette leaves this factor out.
+  float guide_factor = 1;
 
   std::uint16_t depth = 0;        ///< scattering events so far (index-matched boundaries do not count)
   std::uint16_t refractions = 0;  ///< those that went through an interface

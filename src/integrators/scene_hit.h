@@ -9,9 +9,9 @@ namespace embrun {
 /// What an intersector reports: the nearest crossing, and what was crossed.
 struct SceneHit {
   SurfaceHit surface;
-  std::uint32_t material = 0;  ///< index into PathScene::materials
-  std::int32_t light = -1;     ///< index of the area light that shines from here, or -1
-  std::int16_t fluid = -1;     ///< index of the implicit surface, or -1
+  std::uint32_t material = 0;    ///< index into PathScene::materials
+  std::int32_t light = -1;       ///< index of the area light that shines from here, or -1
+  std::int16_t fluid = -1;       ///< index of the implicit surface, or -1
   std::uint8_t media_class = 0;  ///< class of the medium inside; 0: it has no inside
   /// How far off the surface, along its geometric normal, a new ray has to start to be safely on its side, metres.
   float offset = 0;

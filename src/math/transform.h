@@ -25,8 +25,7 @@ EMBRUN_FN float determinant(const Transform& m) { return dot(cross(m.x_axis, m.y
 /// The inverse of a map whose determinant is not 0.
 EMBRUN_FN Transform inverse_of(const Transform& m) {
   const float s = 1.0f / determinant(m);
-  const Vec3 r0 = cross(m.y_axis, m.z_axis) * s, r1 = cross(m.z_axis, m.x_axis) * s,
-             r2 = cross(m.x_axis, m.y_axis) * s;
+  const Vec3 r0 = cross(m.y_axis, m.z_axis) * s, r1 = cross(m.z_axis, m.x_axis) * s, r2 = cross(m.x_axis, m.y_axis) * s;
   Transform inverse{{r0.x, r1.x, r2.x}, {r0.y, r1.y, r2.y}, {r0.z, r1.z, r2.z}, {}};
   inverse.origin = -inverse.vector(m.origin);
   return inverse;

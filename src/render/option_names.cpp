@@ -29,8 +29,8 @@ Kernel kernel_from_name(const std::string& name) {
 }
 
 RecoverMode recover_from_name(const std::string& name) {
-  return pick<RecoverMode>("recovery", name,
-                           {{"smooth", RecoverMode::smooth}, {"thesis", RecoverMode::thesis}, {"off", RecoverMode::off}});
+  return pick<RecoverMode>(
+      "recovery", name, {{"smooth", RecoverMode::smooth}, {"thesis", RecoverMode::thesis}, {"off", RecoverMode::off}});
 }
 
 NormalMode normal_from_name(const std::string& name) {

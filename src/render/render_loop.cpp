@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <mutex>
 
 namespace embrun {
@@ -80,11 +81,14 @@ RenderCounts render_samples(const CpuBackend& backend, Film& film, std::uint32_t
 RenderResult render(const SceneDescription& scene, const RenderControl& control) {
   RenderResult result;
   FlatScene flat;
-  run_on_threads(control.threads, [&] { flat = compile(scene); });
+  std::unique_ptr<CpuBackend> backend;
+  run_on_threads(control.threads, [&] {
+    flat = compile(scene);
+    backend = std::make_unique<CpuBackend>(flat);
+  });
   result.film = make_film(scene.film);
-  const CpuBackend backend(flat);
   result.counts =
-      render_samples(backend, result.film, 0, static_cast<std::uint32_t>(scene.integrator.samples), control);
+      render_samples(*backend, result.film, 0, static_cast<std::uint32_t>(scene.integrator.samples), control);
   result.layers = resolve(result.film);
   return result;
 }

@@ -1,3 +1,5 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -5,9 +7,6 @@
 #include <ctime>
 #include <mutex>
 #include <span>
-
-#include <fmt/chrono.h>
-#include <fmt/format.h>
 
 #include "base/error.h"
 #include "embrun/embrun.h"
@@ -49,7 +48,9 @@ rusage process_usage() {
 
 double cpu_seconds() {
   const rusage usage = process_usage();
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
@@ -64,7 +65,8 @@ RayReport ray_report(const RayCounter& c) {
 ParticleSet to_set(const Particles& particles) {
   if (particles.positions.empty()) throw Error("particles: there are none");
   if (!particles.radii.empty() && particles.radii.size() != particles.positions.size())
-    throw Error(fmt::format("particles: {} radii for {} positions", particles.radii.size(), particles.positions.size()));
+    throw Error(
+        fmt::format("particles: {} radii for {} positions", particles.radii.size(), particles.positions.size()));
   ParticleSet set;
   set.format = "memory";
   for (std::size_t i = 0; i < particles.positions.size(); ++i) {
@@ -110,9 +112,11 @@ void check_options(const RenderOptions& o) {
     throw Error(fmt::format("radius {}: it must be positive", *o.radius));
   if (o.first_sample < 0) throw Error(fmt::format("first sample {}: it must not be negative", o.first_sample));
   if (o.threads < 0) throw Error(fmt::format("{} threads: give 1 or more, or 0 for all", o.threads));
-  if (o.fov && !(*o.fov > 0 && *o.fov < 180)) throw Error(fmt::format("field of view {}: it must lie between 0 and 180 degrees", *o.fov));
+  if (o.fov && !(*o.fov > 0 && *o.fov < 180))
+    throw Error(fmt::format("field of view {}: it must lie between 0 and 180 degrees", *o.fov));
   if (o.floor_height && !std::isfinite(*o.floor_height)) throw Error("the floor's height is not finite");
-  if (!(std::abs(o.exposure) <= 100)) throw Error(fmt::format("exposure {}: it must lie within -100 and 100 stops", o.exposure));
+  if (!(std::abs(o.exposure) <= 100))
+    throw Error(fmt::format("exposure {}: it must lie within -100 and 100 stops", o.exposure));
   if (o.camera_to && !o.camera_from) throw Error("a camera target without a place: give where the camera is, too");
   // Everything else is checked as part of a scene: here, of one with a particle.
   MeasuredParticles one;
@@ -173,8 +177,10 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
                                        measured.particles.dropped_non_finite));
 
   SceneDescription description = make_scene(measured, options, report.notes);
-  run_on_threads(options.threads, [&] { scene = compile(description); });
-  backend = std::make_unique<CpuBackend>(scene);
+  run_on_threads(options.threads, [&] {
+    scene = compile(description);
+    backend = std::make_unique<CpuBackend>(scene);
+  });
   film = make_film(description.film);
   next_sample = static_cast<std::uint32_t>(options.first_sample);
   record_choices(measured, description);
@@ -223,8 +229,8 @@ void Renderer::State::record_choices(const MeasuredParticles& measured, const Sc
 }
 
 std::string Renderer::State::replay_flags(const PixelSample& sample) const {
-  return fmt::format("--crop {},{},1,1 --first-sample {} --spp 1 --seed {} --size {}x{}", sample.x, sample.y, sample.sample,
-                     options.seed, options.width, options.height);
+  return fmt::format("--crop {},{},1,1 --first-sample {} --spp 1 --seed {} --size {}x{}", sample.x, sample.y,
+                     sample.sample, options.seed, options.width, options.height);
 }
 
 ImageMetadata Renderer::State::metadata() const {

@@ -1,6 +1,6 @@
-#include <cmath>
-
 #include <fmt/format.h>
+
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "embrun/embrun.h"
@@ -25,12 +25,14 @@ nlohmann::ordered_json to_object(const RayReport& rays) {
 
 std::string to_text(const RenderReport& r) {
   std::string text;
-  text += fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
-                      r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source, r.spacing);
+  text +=
+      fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
+                  r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source, r.spacing);
   text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
                       r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
-  text += fmt::format("  time       {:.2f} s: read {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}; CPU {:.2f} s\n",
-                      total_seconds(r), r.read_seconds, r.build_seconds, r.render_seconds, r.write_seconds, r.cpu_seconds);
+  text +=
+      fmt::format("  time       {:.2f} s: read {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}; CPU {:.2f} s\n",
+                  total_seconds(r), r.read_seconds, r.build_seconds, r.render_seconds, r.write_seconds, r.cpu_seconds);
   text += fmt::format("  machine    {} threads, {}, {:.0f} MB at most\n", r.threads, r.instruction_set,
                       r.peak_memory_bytes / 1e6);
   text += fmt::format("  samples    {} a pixel, relative error {:.2f} %\n", r.samples, 100 * r.relative_error);
@@ -41,7 +43,8 @@ std::string to_text(const RenderReport& r) {
     text += fmt::format("  normals    {} of {} directions bent to their side of the surface\n", r.bent_directions,
                         r.scatterings);
   if (r.medium_contradictions > 0)
-    text += fmt::format("  media      {} crossings contradicted the medium and were put right\n", r.medium_contradictions);
+    text +=
+        fmt::format("  media      {} crossings contradicted the medium and were put right\n", r.medium_contradictions);
   if (r.bad_samples > 0) {
     text += fmt::format("  bad        {} samples left out (not a number, infinite, negative or stuck); to replay:\n",
                         r.bad_samples);
@@ -61,22 +64,22 @@ std::string to_json(const RenderReport& r) {
                      {"instruction_set", r.instruction_set},
                      {"peak_memory_bytes", std::llround(r.peak_memory_bytes)},
                      {"surface_bytes", std::llround(r.surface_bytes)}};
-  json["seconds"] = {{"read", r.read_seconds},     {"build", r.build_seconds}, {"render", r.render_seconds},
-                     {"write", r.write_seconds},   {"total", total_seconds(r)}, {"cpu", r.cpu_seconds}};
-  json["particles"] = {{"count", r.particles},         {"dropped", r.dropped},
-                       {"recovered", r.recovered},     {"radius", r.radius},
-                       {"radius_source", r.radius_source}, {"spacing", r.spacing > 0 ? Json(r.spacing) : Json()},
-                       {"threshold", r.threshold},     {"influence_radius", r.influence_radius}};
+  json["seconds"] = {{"read", r.read_seconds},   {"build", r.build_seconds},  {"render", r.render_seconds},
+                     {"write", r.write_seconds}, {"total", total_seconds(r)}, {"cpu", r.cpu_seconds}};
+  json["particles"] = {{"count", r.particles},
+                       {"dropped", r.dropped},
+                       {"recovered", r.recovered},
+                       {"radius", r.radius},
+                       {"radius_source", r.radius_source},
+                       {"spacing", r.spacing > 0 ? Json(r.spacing) : Json()},
+                       {"threshold", r.threshold},
+                       {"influence_radius", r.influence_radius}};
   json["camera"] = {{"from", r.camera_from}, {"to", r.camera_to}, {"fov", r.fov}};
   json["floor_height"] = r.floor_height ? Json(*r.floor_height) : Json();
   json["pinning_flags"] = r.pinning_flags;
-  json["picture"] = {{"width", r.width},
-                     {"height", r.height},
-                     {"samples_per_pixel", r.samples},
-                     {"seed", r.seed},
-                     {"samples", r.samples_done},
-                     {"interrupted", r.cancelled},
-                     {"relative_error", r.relative_error}};
+  json["picture"] = {
+      {"width", r.width},          {"height", r.height},         {"samples_per_pixel", r.samples},    {"seed", r.seed},
+      {"samples", r.samples_done}, {"interrupted", r.cancelled}, {"relative_error", r.relative_error}};
   json["rays"] = {{"camera", to_object(r.camera_rays)},
                   {"secondary_outside", to_object(r.outside_rays)},
                   {"secondary_inside", to_object(r.inside_rays)},

@@ -1,12 +1,12 @@
 #include "scene/compile.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <tuple>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "base/error.h"
 #include "scene/wall_contact.h"
@@ -96,7 +96,8 @@ class MediaClasses {
     if (std::none_of(kinds_.begin(), kinds_.end(), same)) kinds_.push_back(material);
   }
   std::vector<Medium> sort() {
-    std::stable_sort(kinds_.begin(), kinds_.end(), [](const auto& a, const auto& b) { return a.priority < b.priority; });
+    std::stable_sort(kinds_.begin(), kinds_.end(),
+                     [](const auto& a, const auto& b) { return a.priority < b.priority; });
     if (kinds_.size() + 1 > static_cast<std::size_t>(max_media_classes))
       throw Error(fmt::format("{} different media: at most {} besides the air can be told apart", kinds_.size(),
                               max_media_classes - 1));
@@ -326,7 +327,8 @@ class Compiler {
     for (std::uint32_t i = 0; i < range.triangle_count; ++i) {
       const MeshTriangle& t = flat_.mesh_triangles[range.first_triangle + i];
       const Vec3 a = to_world.point(flat_.mesh_positions[t.a]);
-      triangles.push_back({a, to_world.point(flat_.mesh_positions[t.b]) - a, to_world.point(flat_.mesh_positions[t.c]) - a});
+      triangles.push_back(
+          {a, to_world.point(flat_.mesh_positions[t.b]) - a, to_world.point(flat_.mesh_positions[t.c]) - a});
     }
     return flat_.lights.add_triangles(triangles, radiance);
   }

@@ -29,8 +29,8 @@ struct Instance {
   std::int16_t fluid = -1;       ///< number of the instance among those of fluids, or -1
   std::uint32_t geometry = 0;    ///< index into the array of its kind
   std::uint32_t material = 0;
-  std::int32_t light = -1;       ///< an emitting mesh's light, or -1
-  float offset = 0;              ///< least distance of a new ray's origin from the surface, world metres
+  std::int32_t light = -1;  ///< an emitting mesh's light, or -1
+  float offset = 0;         ///< least distance of a new ray's origin from the surface, world metres
 };
 
 /// A fluid's surface and the box that ends it (if any), in the fluid's own space.
@@ -91,8 +91,8 @@ struct FlatScene {
   std::vector<Vec3> mesh_positions, mesh_normals;
   std::vector<MeshTriangle> mesh_triangles;
   std::vector<Material> materials;
-  std::vector<Medium> media;  ///< by class; [0] is the air
-  EnvironmentImage environment;    ///< owner of what the lights view
+  std::vector<Medium> media;     ///< by class; [0] is the air
+  EnvironmentImage environment;  ///< owner of what the lights view
   LightSetBuilder lights;
   Camera camera;
   IntegratorDescription integrator;

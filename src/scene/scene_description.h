@@ -123,11 +123,11 @@ struct LightDescription {
   enum class Kind { rectangle, disk, sphere, distant };
   Kind kind = Kind::rectangle;
   Rgb radiance{1, 1, 1};
-  Vec3d position;            ///< corner of a rectangle, centre of a disk or sphere
-  Vec3d edge_u, edge_v;      ///< of a rectangle, at right angles; it shines to the side of edge_u x edge_v
-  Vec3d normal{0, -1, 0};    ///< of a disk: where it shines to; of a distant light: the direction towards it
-  double radius = 1;         ///< of a disk or sphere
-  double half_angle = 2.5;   ///< of a distant light, degrees
+  Vec3d position;           ///< corner of a rectangle, centre of a disk or sphere
+  Vec3d edge_u, edge_v;     ///< of a rectangle, at right angles; it shines to the side of edge_u x edge_v
+  Vec3d normal{0, -1, 0};   ///< of a disk: where it shines to; of a distant light: the direction towards it
+  double radius = 1;        ///< of a disk or sphere
+  double half_angle = 2.5;  ///< of a distant light, degrees
   bool two_sided = false;
 };
 
@@ -150,10 +150,12 @@ struct FilmDescription {
 struct IntegratorDescription {
   std::uint32_t seed = 0;
   SamplerKind sampler = SamplerKind::sobol;
-  int samples = 64;         ///< per pixel
-  int max_depth = 256;      ///< scattering events, 0 to 65535
-  int max_refractions = -1; ///< -1: any number
+  int samples = 64;          ///< per pixel
+  int max_depth = 256;       ///< scattering events, 0 to 65535
+  int max_refractions = -1;  ///< -1: any number
   int roulette_depth = 3;
+  /// Learn first from where light comes at diffuse surfaces, where that is worth it: less noise under water.
+  bool guide = true;
 };
 
 struct SceneDescription {

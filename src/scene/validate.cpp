@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <initializer_list>
-
-#include <fmt/format.h>
 
 #include "base/error.h"
 #include "scene/scene_description.h"
@@ -56,8 +56,8 @@ void check_box(const Box3d& box, const std::string& what) {
 }
 
 void check_placement(const Placement& p, const std::string& what) {
-  require(finite(p.x_axis) && finite(p.y_axis) && finite(p.z_axis) && finite(p.origin), "{}: the placement is not finite",
-          what);
+  require(finite(p.x_axis) && finite(p.y_axis) && finite(p.z_axis) && finite(p.origin),
+          "{}: the placement is not finite", what);
   const double volume = dot(cross(p.x_axis, p.y_axis), p.z_axis);
   require(std::abs(volume) > 1e-12, "{}: the placement flattens it", what);
 }
@@ -73,8 +73,8 @@ void check_fluid(const FluidDescription& fluid, const std::string& what) {
   if (surface.threshold_mode == ThresholdMode::number)
     require(surface.threshold > 0 && finite(surface.threshold), "{}: threshold {} is not positive", what,
             surface.threshold);
-  require(fluid.radii.empty() || fluid.radii.size() == fluid.positions.size(),
-          "{}: {} radii for {} particles", what, fluid.radii.size(), fluid.positions.size());
+  require(fluid.radii.empty() || fluid.radii.size() == fluid.positions.size(), "{}: {} radii for {} particles", what,
+          fluid.radii.size(), fluid.positions.size());
   for (std::size_t i = 0; i < fluid.positions.size(); ++i)
     require(finite(fluid.positions[i]), "{}: the position of particle {} is not finite", what, i);
   for (std::size_t i = 0; i < fluid.radii.size(); ++i)
@@ -161,7 +161,8 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.patches.size(); ++i) {
     const PatchDescription& patch = scene.patches[i];
     const std::string what = numbered("patch", i);
-    require(finite(patch.center) && finite(patch.axis_u) && finite(patch.axis_v), "{}: a coordinate is not finite", what);
+    require(finite(patch.center) && finite(patch.axis_u) && finite(patch.axis_v), "{}: a coordinate is not finite",
+            what);
     require(length(patch.axis_u) > 0 && length(patch.axis_v) > 0 &&
                 std::abs(dot(patch.axis_u, patch.axis_v)) <= 1e-6 * length(patch.axis_u) * length(patch.axis_v),
             "{}: its axes are not at right angles", what);

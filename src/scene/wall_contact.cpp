@@ -129,7 +129,9 @@ void fill_edges(const FluidDescription& fluid, WettedParticles& particles) {
       const Face &a = walls[i], &b = walls[j];
       if (a.axis == b.axis) continue;
       // Lattice points of the edge's wedge, along the third axis.
-      const Vec3d along = a.axis + b.axis == 1 ? Vec3d{0, 0, 1} : a.axis + b.axis == 2 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
+      const Vec3d along = a.axis + b.axis == 1   ? Vec3d{0, 0, 1}
+                          : a.axis + b.axis == 2 ? Vec3d{0, 1, 0}
+                                                 : Vec3d{1, 0, 0};
       const double first = dot(bounds.low, along), last = dot(bounds.high, along);
       for (double t = first; t <= last; t += s)
         for (double u = 0.5 * s; u < wedge; u += s)

@@ -71,10 +71,10 @@ TEST(Kernels, FindTheSameCrossings) {
     int different = 0, hit = 0;
     for (int i = 0; i < count; ++i) {
       hit += found[i];
-      const bool same = found[i] == found_expected[i] &&
-                        (!found[i] || (std::abs(hits[i].surface.t - expected[i].surface.t) < 1e-4f &&
-                                       hits[i].material == expected[i].material &&
-                                       hits[i].surface.entering == expected[i].surface.entering));
+      const bool same =
+          found[i] == found_expected[i] && (!found[i] || (std::abs(hits[i].surface.t - expected[i].surface.t) < 1e-4f &&
+                                                          hits[i].material == expected[i].material &&
+                                                          hits[i].surface.entering == expected[i].surface.entering));
       different += !same;
     }
     // Rounding may decide which of two surfaces at one place is met.
@@ -97,8 +97,7 @@ TEST(Kernels, SeeTheSameLight) {
     EXPECT_EQ(pictures.back().bad, 0u) << name_of(set);
   }
   // The same random numbers: only the few paths that rounding sends elsewhere differ.
-  for (const Measured& picture : pictures)
-    EXPECT_NEAR(picture.mean, pictures[0].mean, 0.5 * picture.standard_error);
+  for (const Measured& picture : pictures) EXPECT_NEAR(picture.mean, pictures[0].mean, 0.5 * picture.standard_error);
 }
 
 TEST(Kernels, TheCameraRaysOfABatchAreCounted) {

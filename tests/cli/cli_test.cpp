@@ -10,12 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "io/image_read.h"
 
@@ -57,8 +56,8 @@ class Cli : public ::testing::Test {
   std::string path(const std::string& name) const { return (folder / name).string(); }
 
   Outcome run(const std::string& arguments, const std::string& environment = "") const {
-    const std::string command =
-        "cd '" + folder.string() + "' && " + environment + " '" EMBRUN_CLI "' " + arguments + " >out.txt 2>err.txt </dev/null";
+    const std::string command = "cd '" + folder.string() + "' && " + environment + " '" EMBRUN_CLI "' " + arguments +
+                                " >out.txt 2>err.txt </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(folder / "out.txt"),
             content_of(folder / "err.txt")};
@@ -117,7 +116,8 @@ TEST_F(Cli, PinningFlagsPin) {
 TEST_F(Cli, WritesAReport) {
   ASSERT_EQ(run("render water.xyz -o x.exr --json report.json -q" + small).exit_code, 0);
   const auto r = nlohmann::json::parse(content_of(folder / "report.json"));
-  for (const char* stage : {"read", "build", "render", "write", "total", "cpu"}) EXPECT_GE(r["seconds"][stage], 0.0) << stage;
+  for (const char* stage : {"read", "build", "render", "write", "total", "cpu"})
+    EXPECT_GE(r["seconds"][stage], 0.0) << stage;
   for (const char* kind : {"camera", "secondary_outside", "secondary_inside", "shadow"}) {
     EXPECT_TRUE(r["rays"][kind]["count"].is_number_unsigned()) << kind;
     EXPECT_TRUE(r["rays"][kind]["per_second"].is_number()) << kind;
@@ -141,7 +141,7 @@ TEST_F(Cli, WritesEveryFormatAndLayer) {
   ASSERT_EQ(run("render water.xyz -q -o d.pfm --layer depth --floor none" + small).exit_code, 0);
   const Image depth = read_image(folder / "d.pfm");
   EXPECT_EQ(depth.channels, 1);
-  EXPECT_TRUE(std::isinf(depth.at(0, 0)));   // nothing is hit
+  EXPECT_TRUE(std::isinf(depth.at(0, 0)));  // nothing is hit
   EXPECT_GT(depth.at(16, 12), 0.0f);
   EXPECT_LT(depth.at(16, 12), 100.0f);
 }
@@ -157,14 +157,42 @@ TEST_F(Cli, ACropIsAPieceOfThePicture) {
 }
 
 TEST_F(Cli, EveryOptionIsTaken) {
-  const char* options[] = {"--view front", "--view side", "--view top", "--camera-from 1,2,3 --camera-to 0,0,0 --fov 50",
-                           "--camera-from -1,-2,3", "--radius 0.06", "--order 1", "--order 3", "--kernel zhu-bridson",
-                           "--kernel blinn", "--threshold thesis", "--threshold 2.5", "--recover thesis",
-                           "--recover off", "--normal gradient", "--method thesis", "--ior 1.5", "--absorption 1,2,3",
-                           "--env studio", "--env white", "--floor none", "--floor checker", "--up z",
-                           "--container -0.2,-0.2,-0.2,1,1,1", "--max-depth 3", "--refractions 1", "--refractions 2",
-                           "--refractions all", "--denoise", "--exposure -1", "--tone srgb", "--filter gaussian",
-                           "--threads 2", "--seed 4294967295", "--floor-height -0.1", "--first-sample 7"};
+  const char* options[] = {"--view front",
+                           "--view side",
+                           "--view top",
+                           "--camera-from 1,2,3 --camera-to 0,0,0 --fov 50",
+                           "--camera-from -1,-2,3",
+                           "--radius 0.06",
+                           "--order 1",
+                           "--order 3",
+                           "--kernel zhu-bridson",
+                           "--kernel blinn",
+                           "--threshold thesis",
+                           "--threshold 2.5",
+                           "--recover thesis",
+                           "--recover off",
+                           "--normal gradient",
+                           "--method thesis",
+                           "--ior 1.5",
+                           "--absorption 1,2,3",
+                           "--env studio",
+                           "--env white",
+                           "--floor none",
+                           "--floor checker",
+                           "--up z",
+                           "--container -0.2,-0.2,-0.2,1,1,1",
+                           "--max-depth 3",
+                           "--refractions 1",
+                           "--refractions 2",
+                           "--refractions all",
+                           "--denoise",
+                           "--exposure -1",
+                           "--tone srgb",
+                           "--filter gaussian",
+                           "--threads 2",
+                           "--seed 4294967295",
+                           "--floor-height -0.1",
+                           "--first-sample 7"};
   for (const char* option : options) {
     const Outcome outcome = run(std::string("render water.xyz -q -o x.png --size 12x8 --spp 1 ") + option);
     EXPECT_EQ(outcome.exit_code, 0) << option << "\n" << outcome.err;
@@ -254,10 +282,12 @@ TEST_F(Cli, HelpTeaches) {
   outcome = run("render --help");
   EXPECT_EQ(outcome.exit_code, 0);
   for (const char* option :
-       {"--output", "--size", "--crop", "--spp", "--seed", "--threads", "--max-depth", "--camera-from", "--camera-to", "--fov",
-        "--view", "--radius", "--order", "--kernel", "--threshold", "--recover", "--normal", "--method", "--ior",
-        "--absorption", "--env", "--floor", "--container", "--up", "--layer", "--denoise", "--json", "--refractions",
-        "Examples:", "Exit codes:", "goes straight on"})
+       {"--output",        "--size",        "--crop",      "--spp",         "--seed",      "--threads",
+        "--max-depth",     "--camera-from", "--camera-to", "--fov",         "--view",      "--radius",
+        "--order",         "--kernel",      "--threshold", "--recover",     "--normal",    "--method",
+        "--ior",           "--absorption",  "--env",       "--floor",       "--container", "--up",
+        "--layer",         "--denoise",     "--json",      "--refractions", "Examples:",   "Exit codes:",
+        "goes straight on"})
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   outcome = run("--version");
   EXPECT_EQ(outcome.exit_code, 0);
@@ -280,8 +310,8 @@ TEST_F(Cli, AnInterruptWritesWhatThereIs) {
     if (chdir(folder.c_str()) != 0) _exit(99);
     std::freopen("err.txt", "w", stderr);
     std::freopen("out.txt", "w", stdout);
-    execl(EMBRUN_CLI, EMBRUN_CLI, "render", "water.xyz", "-o", "x.exr", "--size", "64x48", "--spp", "10000000", "--json",
-          "r.json", static_cast<char*>(nullptr));
+    execl(EMBRUN_CLI, EMBRUN_CLI, "render", "water.xyz", "-o", "x.exr", "--size", "64x48", "--spp", "10000000",
+          "--json", "r.json", static_cast<char*>(nullptr));
     _exit(98);
   }
   const auto rendering = [&] { return content_of(folder / "err.txt").find("rendering 0 %") != std::string::npos; };

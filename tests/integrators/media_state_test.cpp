@@ -61,13 +61,15 @@ TEST(MediaState, FindsContradictions) {
   const MediaState in_fluid = cross_boundary({}, into(1, 0));
   EXPECT_TRUE(contradicts(in_fluid, into(1, 0)));  // one fluid is one solid
   EXPECT_FALSE(contradicts(in_fluid, into(1, 1)));
-  EXPECT_FALSE(contradicts(in_fluid, into(1)));    // a ball of the same medium
+  EXPECT_FALSE(contradicts(in_fluid, into(1)));  // a ball of the same medium
   EXPECT_TRUE(contradicts(in_fluid, out_of(1, 1)));
   EXPECT_FALSE(contradicts(in_fluid, out_of(1, 0)));
 }
 
 TEST(MediaState, ReconcilingEndsTheContradiction) {
-  const MediaState states[] = {{}, cross_boundary({}, into(1, 0)), cross_boundary(cross_boundary({}, into(1)), into(2, 1)),
+  const MediaState states[] = {{},
+                               cross_boundary({}, into(1, 0)),
+                               cross_boundary(cross_boundary({}, into(1)), into(2, 1)),
                                cross_boundary({}, into(1, 1))};
   const MediaBoundary boundaries[] = {into(1), out_of(1), into(1, 0), out_of(1, 0), into(2, 1), out_of(2, 1)};
   for (const MediaState& state : states)

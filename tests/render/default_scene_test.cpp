@@ -37,7 +37,8 @@ struct Place {
 };
 Place place_in_picture(const SceneDescription& scene, Vec3d p) {
   const CameraSettings& c = scene.camera;
-  const Vec3d forward = normalize(c.target - c.eye), right = normalize(cross(forward, c.up)), up = cross(right, forward);
+  const Vec3d forward = normalize(c.target - c.eye), right = normalize(cross(forward, c.up)),
+              up = cross(right, forward);
   const Vec3d v = p - c.eye;
   const double half = std::tan(0.5 * c.vertical_fov * M_PI / 180) * dot(v, forward);
   return {dot(v, right) / (half * scene.film.width / scene.film.height), dot(v, up) / half};
@@ -100,7 +101,9 @@ TEST(DefaultScene, TheFloorIsUnderWaterInTheRealPool) {
   int dry = 0, places = 0;
   for (double x = -2.1; x <= 2.1; x += 0.03)
     for (double z = -1.35; z <= 1.35; z += 0.03, ++places)
-      dry += backend.kernels().media_at(backend.view(), to_float(Vec3d{x, height + 1e-4, z} - flat.recentring)).counts == 0;
+      dry +=
+          backend.kernels().media_at(backend.view(), to_float(Vec3d{x, height + 1e-4, z} - flat.recentring)).counts ==
+          0;
   EXPECT_LE(dry, places / 1000);
 }
 

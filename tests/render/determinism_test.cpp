@@ -75,8 +75,8 @@ TEST(Determinism, ACropIsAPieceOfThePicture) {
   const RenderResult part = render(scene);
   for (int y = 9; y < 32; ++y)
     for (int x = 21; x < 51; ++x)
-      ASSERT_TRUE(same_bits(whole.film.pixels[whole.film.pixel_index(x, y)],
-                            part.film.pixels[part.film.pixel_index(x, y)]))
+      ASSERT_TRUE(
+          same_bits(whole.film.pixels[whole.film.pixel_index(x, y)], part.film.pixels[part.film.pixel_index(x, y)]))
           << x << "," << y;
 }
 

@@ -42,8 +42,8 @@ constexpr double absorption = 0.4;
 SceneDescription slab(double degrees, bool dark_below, int samples = 40000) {
   const double a = degrees * M_PI / 180;
   SceneDescription scene = scene_seen({5 * std::sin(a), 5 * std::cos(a), 0}, {0, 0, 0}, pencil, 2, samples);
-  scene.boxes.push_back(box({-1000, -0.5, -1000}, {1000, 0, 1000},
-                            dielectric_material(n_glass, grey(static_cast<float>(absorption)))));
+  scene.boxes.push_back(
+      box({-1000, -0.5, -1000}, {1000, 0, 1000}, dielectric_material(n_glass, grey(static_cast<float>(absorption)))));
   if (dark_below) scene.patches.push_back(patch({0, -1, 0}, {1, 0, 0}, {0, 0, -1}, 5000, black));
   return scene;
 }
@@ -141,7 +141,8 @@ TEST(Media, ABubbleIsAHoleInWaterAndNothingInAir) {
   const float sigma = 1.5f;
   SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, pencil, 2, 16);
   scene.boxes.push_back(box({-1, -1, -1}, {1, 1, 1}, dielectric_material(1, grey(sigma), 1)));
-  scene.balls.push_back(balls({{{0, 0, 0}, 0.25}, {{0, 0, 1}, 0.5}, {{0, 0, 2.5}, 0.2}}, dielectric_material(1, {}, 2)));
+  scene.balls.push_back(
+      balls({{{0, 0, 0}, 0.25}, {{0, 0, 1}, 0.5}, {{0, 0, 2.5}, 0.2}}, dielectric_material(1, {}, 2)));
   const Measured m = render_and_measure(scene);
   EXPECT_NEAR(m.mean, std::exp(-1.5 * (2 - 0.5 - 0.5)), 1e-5);
   EXPECT_EQ(m.counters.scatterings, 0u);

@@ -10,11 +10,14 @@ namespace {
 
 using namespace testing_support;
 
-SceneDescription view_of_unit_ball(int size, int samples) { return scene_seen({1.7, 1.1, 2.6}, {0, 0, 0}, 38, size, samples); }
+SceneDescription view_of_unit_ball(int size, int samples) {
+  return scene_seen({1.7, 1.1, 2.6}, {0, 0, 0}, 38, size, samples);
+}
 
 SceneDescription water_balls() {
   SceneDescription scene = view_of_unit_ball(24, 16);
-  scene.balls.push_back(balls({{{0, 0, 0}, 0.6}, {{0.5, 0.2, 0.1}, 0.4}, {{-0.6, -0.4, 0.3}, 0.2}}, dielectric_material(1.33)));
+  scene.balls.push_back(
+      balls({{{0, 0, 0}, 0.6}, {{0.5, 0.2, 0.1}, 0.4}, {{-0.6, -0.4, 0.3}, 0.2}}, dielectric_material(1.33)));
   return scene;
 }
 
@@ -22,8 +25,9 @@ SceneDescription water_box_with_bubbles() {
   SceneDescription scene = view_of_unit_ball(24, 16);
   scene.boxes.push_back(box({-0.7, -0.6, -0.5}, {0.7, 0.4, 0.6}, dielectric_material(1.33)));
   // One bubble inside, one through a face, two that overlap.
-  scene.balls.push_back(balls({{{0, 0, 0}, 0.2}, {{0.7, 0.1, 0.2}, 0.15}, {{-0.3, 0, 0.2}, 0.15}, {{-0.4, 0.1, 0.2}, 0.12}},
-                              dielectric_material(1, {}, 2)));
+  scene.balls.push_back(
+      balls({{{0, 0, 0}, 0.2}, {{0.7, 0.1, 0.2}, 0.15}, {{-0.3, 0, 0.2}, 0.15}, {{-0.4, 0.1, 0.2}, 0.12}},
+            dielectric_material(1, {}, 2)));
   return scene;
 }
 

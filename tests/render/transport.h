@@ -41,8 +41,7 @@ inline Measured render_and_measure(const SceneDescription& scene, LightStrategy 
   CpuBackend backend(flat);
   backend.set_light_strategy(strategy);
   Film film = make_film(scene.film);
-  const RenderCounts counts =
-      render_samples(backend, film, 0, static_cast<std::uint32_t>(scene.integrator.samples));
+  const RenderCounts counts = render_samples(backend, film, 0, static_cast<std::uint32_t>(scene.integrator.samples));
   Measured m = measure(film, channel);
   m.counters = counts.paths;
   return m;

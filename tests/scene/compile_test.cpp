@@ -25,7 +25,8 @@ SceneDescription looked_at(Vec3d p) {
 TEST(Compile, RecentresInDoublePrecision) {
   const Vec3d far{1e7, -2e7, 3e7};
   SceneDescription scene = looked_at(far);
-  scene.balls.push_back({{{far + Vec3d{0.125, 0, 0}, 0.25}, {far - Vec3d{0.125, 0, 0}, 0.25}}, diffuse_material(grey(0.5f))});
+  scene.balls.push_back(
+      {{{far + Vec3d{0.125, 0, 0}, 0.25}, {far - Vec3d{0.125, 0, 0}, 0.25}}, diffuse_material(grey(0.5f))});
   const FlatScene flat = compile(scene);
   EXPECT_EQ(flat.balls[0].center, (Vec3{0.125f, 0, 0}));
   EXPECT_EQ(flat.balls[1].center, (Vec3{-0.125f, 0, 0}));

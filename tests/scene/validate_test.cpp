@@ -54,36 +54,72 @@ const Flaw flaws[] = {
      },
      "threshold 0 is not positive"},
     {"radii", [](auto& s) { s.fluids[0].radii = {1}; }, "1 radii for 2 particles"},
-    {"one_radius", [](auto& s) { s.fluids[0].radii = {1, -2}; }, "radius -2 of particle 1"},
+    {"one_radius",
+     [](auto& s) {
+       s.fluids[0].radii = {1, -2};
+     },
+     "radius -2 of particle 1"},
     {"position", [](auto& s) { s.fluids[0].positions[1].y = nan_value; }, "position of particle 1 is not finite"},
     {"ior", [](auto& s) { s.fluids[0].material.ior = 0.5; }, "refractive index 0.5"},
     {"absorption", [](auto& s) { s.fluids[0].material.absorption.g = -1; }, "absorption 0,-1,0"},
     {"priority", [](auto& s) { s.fluids[0].material.priority = 0; }, "priority 0"},
-    {"container", [](auto& s) { s.fluids[0].container = Box3d{{0, 0, 0}, {1, -1, 1}}; }, "container: the first corner"},
-    {"placement", [](auto& s) { s.fluids[0].placement.x_axis = {0, 0, 0}; }, "the placement flattens it"},
+    {"container",
+     [](auto& s) {
+       s.fluids[0].container = Box3d{{0, 0, 0}, {1, -1, 1}};
+     },
+     "container: the first corner"},
+    {"placement",
+     [](auto& s) {
+       s.fluids[0].placement.x_axis = {0, 0, 0};
+     },
+     "the placement flattens it"},
     {"ball", [](auto& s) { s.balls[0].balls[0].radius = 0; }, "set of balls 1: a ball of radius 0"},
     {"reflectance", [](auto& s) { s.balls[0].material.reflectance.first.r = 1.5f; }, "not in [0, 1]"},
     {"box", [](auto& s) { s.boxes[0].box.high.x = 2; }, "box 1: the first corner"},
-    {"patch_axes", [](auto& s) { s.patches[0].axis_v = {1, 0, 0}; }, "patch 1: its axes are not at right angles"},
+    {"patch_axes",
+     [](auto& s) {
+       s.patches[0].axis_v = {1, 0, 0};
+     },
+     "patch 1: its axes are not at right angles"},
     {"patch_size", [](auto& s) { s.patches[0].half_u = 0; }, "patch 1: its half sides"},
     {"patch_of_water", [](auto& s) { s.patches[0].material = dielectric_material(1.33); }, "a patch has no inside"},
-    {"checker", [](auto& s) {
+    {"checker",
+     [](auto& s) {
        s.patches[0].material.reflectance.kind = TextureKind::checker;
        s.patches[0].material.reflectance.cell = 0;
-     }, "checker cells of 0 m"},
+     },
+     "checker cells of 0 m"},
     {"mesh_index", [](auto& s) { s.meshes[0].mesh.triangles[0][1] = 7; }, "a triangle names position 7 of 3"},
-    {"mesh_normals", [](auto& s) { s.meshes[0].mesh.normals = {{0, 0, 1}}; }, "1 normals for 3 positions"},
+    {"mesh_normals",
+     [](auto& s) {
+       s.meshes[0].mesh.normals = {{0, 0, 1}};
+     },
+     "1 normals for 3 positions"},
     {"no_triangles", [](auto& s) { s.meshes[0].mesh.triangles.clear(); }, "mesh 1: it has no triangles"},
-    {"light_edges", [](auto& s) { s.lights[0].edge_v = {1, 1, 0}; }, "light 1: its edges are not at right angles"},
-    {"light_radius", [](auto& s) {
+    {"light_edges",
+     [](auto& s) {
+       s.lights[0].edge_v = {1, 1, 0};
+     },
+     "light 1: its edges are not at right angles"},
+    {"light_radius",
+     [](auto& s) {
        s.lights[0].kind = LightDescription::Kind::sphere;
        s.lights[0].radius = -1;
-     }, "light 1: its radius -1"},
+     },
+     "light 1: its radius -1"},
     {"light_radiance", [](auto& s) { s.lights[0].radiance.g = -1; }, "radiance"},
     {"environment", [](auto& s) { s.environment.constant.b = -1; }, "environment: radiance"},
     {"no_pixels", [](auto& s) { s.film.width = 0; }, "picture of 0 x 720 pixels"},
-    {"crop", [](auto& s) { s.film.crop = PixelWindow{1270, 0, 20, 20}; }, "crop 1270,0,20,20"},
-    {"huge_crop", [](auto& s) { s.film.crop = PixelWindow{0, 0, 2147483647, 20}; }, "crop"},
+    {"crop",
+     [](auto& s) {
+       s.film.crop = PixelWindow{1270, 0, 20, 20};
+     },
+     "crop 1270,0,20,20"},
+    {"huge_crop",
+     [](auto& s) {
+       s.film.crop = PixelWindow{0, 0, 2147483647, 20};
+     },
+     "crop"},
     {"samples", [](auto& s) { s.integrator.samples = 0; }, "0 samples per pixel"},
     {"depth", [](auto& s) { s.integrator.max_depth = 70000; }, "greatest depth 70000"},
     {"refractions", [](auto& s) { s.integrator.max_refractions = -2; }, "-2 refractions"},
@@ -105,7 +141,8 @@ TEST_P(Validation, NamesWhatIsWrong) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Flaws, Validation, ::testing::ValuesIn(flaws), [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Flaws, Validation, ::testing::ValuesIn(flaws),
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace embrun

@@ -7,7 +7,9 @@
 #include <mutex>
 #include <tuple>
 
+#include "backend/cpu/batch_memory.h"
 #include "backend/cpu/embree_meshes.h"
+#include "backend/cpu/guide_learner.h"
 #include "base/parallel.h"
 
 namespace embrun {
@@ -16,21 +18,6 @@ namespace {
 constexpr int tile_side = 16;
 constexpr std::uint64_t timed_batches = 16;   // one of so many
 constexpr std::size_t most_bad_samples = 16;  // that are kept by name
-
-/// Working memory of a thread, aligned for any instruction set.
-class BatchMemory {
- public:
-  explicit BatchMemory(std::size_t bytes)
-      : bytes_(static_cast<std::byte*>(::operator new(bytes, std::align_val_t{64}))) {}
-  ~BatchMemory() { ::operator delete(bytes_, std::align_val_t{64}); }
-  BatchMemory(const BatchMemory&) = delete;
-  BatchMemory& operator=(const BatchMemory&) = delete;
-
-  PathBatch& batch() { return *reinterpret_cast<PathBatch*>(bytes_); }
-
- private:
-  std::byte* bytes_;
-};
 
 bool earlier(const PixelSample& a, const PixelSample& b) {
   return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
@@ -60,7 +47,9 @@ struct TileTask {
   std::uint32_t first, count;
 
   std::uint64_t total() const { return pixels() * count; }
-  std::uint64_t pixels() const { return static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height); }
+  std::uint64_t pixels() const {
+    return static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height);
+  }
   PixelSample sample(std::uint64_t index) const {
     const int pixel = static_cast<int>(index % pixels());
     return {tile.x + pixel % tile.width, tile.y + pixel / tile.width,
@@ -87,6 +76,10 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   settings.max_depth = scene.integrator.max_depth;
   settings.max_refractions = scene.integrator.max_refractions;
   settings.roulette_depth = scene.integrator.roulette_depth;
+  if (scene.integrator.guide && needs_guide(scene)) {
+    guide_ = std::make_unique<LearnedGuide>(learn_guide(kernels_, path_scene_, view_));
+    path_scene_.guide = guide_->view();
+  }
 }
 
 CpuBackend::~CpuBackend() = default;
@@ -97,7 +90,7 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
   const PixelWindow window = film.window;
   const int columns = (window.width + tile_side - 1) / tile_side;
   const int rows = (window.height + tile_side - 1) / tile_side;
-  tbb::enumerable_thread_specific<BatchMemory> memory(kernels_.batch_bytes);
+  tbb::enumerable_thread_specific<BatchMemory> memory([&] { return BatchMemory(kernels_); });
   Gatherer gatherer;
 
   const auto render_tile = [&](int index) {
@@ -125,7 +118,8 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
       const bool timed = (static_cast<std::uint64_t>(index) + begin / batch_size) % timed_batches == 0;
       kernels_.trace_samples(path_scene_, view_, samples, n, results, timed, batch, counters);
       for (int i = 0; i < n; ++i)
-        if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) && bad.size() < most_bad_samples)
+        if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) &&
+            bad.size() < most_bad_samples)
           bad.push_back(samples[i]);
       if (done) done(static_cast<std::uint64_t>(n));
     }

@@ -13,6 +13,7 @@
 namespace embrun {
 
 class EmbreeMeshes;
+struct LearnedGuide;
 
 /// What rendering some samples counted.
 struct RenderCounts {
@@ -24,7 +25,8 @@ struct RenderCounts {
 /// Renders a compiled scene on the processor. Holds what rays need besides the flat scene, which must outlive it.
 class CpuBackend {
  public:
-  /// Prepares the meshes and finds what the camera is in. Throws Error as instruction_set() does.
+  /// Prepares the meshes, finds what the camera is in, and learns where light comes from, on the threads of the enclosing
+  /// TBB arena. Throws Error as instruction_set() does.
   explicit CpuBackend(const FlatScene& scene);
   CpuBackend(const FlatScene& scene, const KernelTable& kernels);
   ~CpuBackend();
@@ -46,6 +48,7 @@ class CpuBackend {
  private:
   const KernelTable& kernels_;
   std::unique_ptr<EmbreeMeshes> meshes_;
+  std::unique_ptr<LearnedGuide> guide_;
   CpuSceneView view_;
   PathScene path_scene_;
 };

@@ -26,7 +26,8 @@ RTCScene make_mesh_scene(RTCDevice device, const FlatScene& scene, const MeshRan
   auto* triangles = static_cast<MeshTriangle*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(MeshTriangle), range.triangle_count));
   check(device);
-  for (std::uint32_t i = 0; i < range.position_count; ++i) positions[i] = scene.mesh_positions[range.first_position + i];
+  for (std::uint32_t i = 0; i < range.position_count; ++i)
+    positions[i] = scene.mesh_positions[range.first_position + i];
   for (std::uint32_t i = 0; i < range.triangle_count; ++i) {
     const MeshTriangle& t = scene.mesh_triangles[range.first_triangle + i];
     triangles[i] = {t.a - range.first_position, t.b - range.first_position, t.c - range.first_position};

@@ -17,6 +17,13 @@ struct PixelSample {
   std::uint32_t sample = 0;
 };
 
+/// What a path found of light at the first diffuse surface it came to.
+struct GuideLesson {
+  Vec3 direction;   ///< unit, the one it went on in
+  float light = 0;  ///< luminance that came from there, as far as no light sample had found it
+  bool in_body = false;
+};
+
 /// Paths that a task follows at a time.
 inline constexpr int batch_size = 128;
 
@@ -31,6 +38,9 @@ struct KernelTable {
   /// Follows `count` (at most batch_size) samples to their ends; `timed`: measures how long their rays take.
   void (*trace_samples)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
                         FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
+  /// Follows paths likewise, for what they find: one lesson each (light 0: none).
+  void (*learn_directions)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
+                           GuideLesson* lessons, PathBatch& batch);
   /// Which bodies hold a point.
   MediaState (*media_at)(const CpuSceneView&, Vec3 point);
   /// The path tracer's intersections alone, one ray after the other; media[i] is what ray i starts in.

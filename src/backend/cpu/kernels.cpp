@@ -17,8 +17,40 @@ void trace_samples(const PathScene& scene, const CpuSceneView& view, const Pixel
                    FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
   const CpuIntersector intersector{view};
   for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
-  trace_batch(scene, intersector, batch, count, timed, counters);
+  NoListener nobody;
+  trace_batch(scene, intersector, batch, count, timed, nobody, counters);
   for (int i = 0; i < count; ++i) results[i] = film_sample(batch.paths[i]);
+}
+
+/// Notes the direction in which each path leaves its first diffuse surface.
+struct FirstDirections {
+  GuideLesson* lessons;
+  float throughput[batch_size] = {}, radiance_before[batch_size] = {};
+
+  EMBRUN_FN void after_events(const PathBatch& batch, const std::uint16_t* slots, int count) {
+    for (int i = 0; i < count; ++i) {
+      const std::uint16_t slot = slots[i];
+      const PathState& path = batch.paths[slot];
+      if (!path.alive || path.scatter_pdf == 0.0f || throughput[slot] != 0.0f) continue;
+      lessons[slot].direction = path.ray.direction;
+      lessons[slot].in_body = path.media.counts != 0;
+      throughput[slot] = luminance(path.throughput);
+      radiance_before[slot] = luminance(path.radiance);
+    }
+  }
+};
+
+void learn_directions(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
+                      GuideLesson* lessons, PathBatch& batch) {
+  const CpuIntersector intersector{view};
+  for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
+  FirstDirections first{lessons};
+  PathCounters counters;
+  trace_batch(scene, intersector, batch, count, false, first, counters);
+  for (int i = 0; i < count; ++i) {
+    const float gained = luminance(batch.paths[i].radiance) - first.radiance_before[i];
+    lessons[i].light = first.throughput[i] > 0.0f ? gained / first.throughput[i] : 0.0f;
+  }
 }
 
 MediaState media_at(const CpuSceneView& view, Vec3 point) { return CpuIntersector{view}.media_at(point); }
@@ -35,8 +67,8 @@ void intersect(const CpuSceneView& view, const Ray* rays, const MediaState* medi
 #define EMBRUN_STRING(x) EMBRUN_STRING_OF(x)
 
 extern const KernelTable kernel_table;
-const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE), sizeof(PathBatch), trace_samples, media_at,
-                                  intersect};
+const KernelTable kernel_table = {
+    EMBRUN_STRING(EMBRUN_ISA_NAMESPACE), sizeof(PathBatch), trace_samples, learn_directions, media_at, intersect};
 
 }  // namespace EMBRUN_ISA_NAMESPACE
 }  // namespace embrun

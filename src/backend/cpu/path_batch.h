@@ -16,9 +16,9 @@ struct BasicPathBatch {
   bool found[Size];
   MediaState behind[Size];
   ShadowRay shadows[Size];
-  std::uint16_t active[Size];  ///< slots of the paths that go on
-  std::uint16_t ordered[Size]; ///< the same, those in air first
-  std::uint16_t lit[Size];     ///< slots whose shadow ray is to be traced
+  std::uint16_t active[Size];   ///< slots of the paths that go on
+  std::uint16_t ordered[Size];  ///< the same, those in air first
+  std::uint16_t lit[Size];      ///< slots whose shadow ray is to be traced
 };
 
 /// Processor time of this thread: what others do on the machine does not count.
@@ -56,8 +56,8 @@ EMBRUN_FN FilmSample film_sample(const PathState& path) {
 
 /// Stage: the nearest crossing of each listed path.
 template <class Intersector, class Batch>
-EMBRUN_LOCAL_FN void intersect_stage(const Intersector& intersector, Batch& batch, const std::uint16_t* slots, int count,
-                                     bool timed, RayCounter& counter) {
+EMBRUN_LOCAL_FN void intersect_stage(const Intersector& intersector, Batch& batch, const std::uint16_t* slots,
+                                     int count, bool timed, RayCounter& counter) {
   if (count == 0) return;
   const RayTimer timer(timed);
   for (int i = 0; i < count; ++i) {
@@ -119,16 +119,24 @@ EMBRUN_LOCAL_FN void shadow_stage(const PathScene& scene, const Intersector& int
   timer.stop(counters.shadow, counters.shadow.rays - before);
 }
 
-/// Takes the paths in slots 0 to count - 1 to their ends, all of them a stage at a time.
-template <class Intersector, class Batch>
+/// What trace_batch tells of its paths: nothing.
+struct NoListener {
+  template <class Batch>
+  EMBRUN_FN void after_events(const Batch&, const std::uint16_t*, int) {}
+};
+
+/// Takes the paths in slots 0 to count - 1 to their ends, all of them a stage at a time. The listener hears of every
+/// round of events, once their light samples are in the paths' radiance.
+template <class Intersector, class Batch, class Listener>
 EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
-                                 bool timed, PathCounters& counters) {
+                                 bool timed, Listener& listener, PathCounters& counters) {
   for (int i = 0; i < count; ++i) batch.active[i] = static_cast<std::uint16_t>(i);
   counters.paths += static_cast<std::uint64_t>(count);
   intersect_stage(intersector, batch, batch.active, count, timed, counters.camera);
   while (count > 0) {
     const int lit = shade_stage(scene, intersector, batch, count, counters);
     shadow_stage(scene, intersector, batch, lit, timed, counters);
+    listener.after_events(batch, batch.active, count);
 
     int alive = 0;
     for (int i = 0; i < count; ++i)
