@@ -28,6 +28,17 @@ double quantile(std::vector<double>& values, double q) {
 /// Every n-th particle, so that at most so many are looked at.
 std::size_t stride_for(std::size_t count, std::size_t most) { return count / most + 1; }
 
+/// A chosen coordinate, rounded to what is worth writing down: about the 100,000th part of the scene.
+double round_choice(double v, const Box3d& bounds) {
+  // Written with powers of ten that are whole numbers, so that the result prints as short as it is.
+  const double decimals = 5 - std::floor(std::log10(length(bounds.high - bounds.low)));
+  const double power = std::pow(10.0, std::abs(decimals));
+  return decimals >= 0 ? std::round(v * power) / power : std::round(v / power) * power;
+}
+Vec3d round_choice(Vec3d v, const Box3d& bounds) {
+  return {round_choice(v.x, bounds), round_choice(v.y, bounds), round_choice(v.z, bounds)};
+}
+
 // ---- fluid -------------------------------------------------------------------------------------------------------
 
 FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptions& options) {
@@ -110,9 +121,12 @@ CameraSettings make_camera_settings(const RenderOptions& options, const Box3d& b
   const double aspect = static_cast<double>(options.width) / options.height;
   const double fov = options.fov.value_or(default_fov);
   CameraSettings camera = frame_box(bounds.low, bounds.high, parse_view(options.view), up_axis, aspect, fov);
+  camera.eye = round_choice(camera.eye, bounds);
+  camera.target = round_choice(camera.target, bounds);
   if (options.camera_from) {
     camera.eye = to_vector(*options.camera_from);
-    camera.target = options.camera_to ? to_vector(*options.camera_to) : 0.5 * (bounds.low + bounds.high);
+    camera.target = options.camera_to ? to_vector(*options.camera_to)
+                                      : round_choice(0.5 * (bounds.low + bounds.high), bounds);
     const UpBasis basis = up_basis(up_axis);
     const Vec3d view = normalize(camera.target - camera.eye);
     // Straight up or down, the top of the picture is away from a viewer in front.
@@ -185,7 +199,7 @@ SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptio
   Box3d bounds = robust_bounds(measured);
   double& bottom = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
   if (const FloorKind floor = floor_from_name(options.floor); floor != FloorKind::none) {
-    double height = lowest_layer(measured, up);
+    double height = round_choice(lowest_layer(measured, up), bounds);
     // Fluid that wets its container reaches down to the bottom: there is nothing to cut.
     if (options.container) height = scene.up == UpAxis::y ? (*options.container)[1] : (*options.container)[2];
     height = options.floor_height.value_or(height);

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <mutex>
 #include <span>
@@ -54,8 +55,11 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-/// A number as a flag: short, and exact enough to make the same picture.
-std::string number(double v) { return fmt::format("{:.7g}", v + 0.0); }
+/// A number as a flag: exact, and as short as that allows. (v + 0 has no sign when it is 0.)
+std::string number(double v) {
+  const std::string short_form = fmt::format("{:.12g}", v + 0.0);
+  return std::strtod(short_form.c_str(), nullptr) == v ? short_form : fmt::format("{}", v);
+}
 std::string triple(Vec3d v) { return number(v.x) + "," + number(v.y) + "," + number(v.z); }
 
 RayReport ray_report(const RayCounter& c) {
@@ -217,7 +221,7 @@ void Renderer::State::record_choices(const MeasuredParticles& measured, const Sc
   r.pinning_flags = fmt::format("--camera-from {} --camera-to {} --fov {}", triple(camera.eye), triple(camera.target),
                                 number(camera.vertical_fov));
   if (measured.radius.radii.empty()) r.pinning_flags += " --radius " + number(r.radius);
-  r.pinning_flags += " --threshold " + number(r.threshold);
+  r.pinning_flags += fmt::format(" --threshold {}", static_cast<float>(r.threshold));
   if (!description.patches.empty()) {
     const Vec3d up = to_double(up_basis(description.up).up);
     r.floor_height = dot(description.patches.front().center, up);
