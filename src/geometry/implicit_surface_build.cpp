@@ -409,15 +409,15 @@ class TileBuilder {
     if (plan_.equal_radii) return false;
     const auto unit = static_cast<float>(plan_.units_per_grid);
     const std::size_t entries = is_main(record) ? listed : 0;
-    if (entries + tile_recovered_.size() <= longest_unsplit_list) return false;
+    if (entries + cell_recovered_.size() <= longest_unsplit_list) return false;
     // Worth it if many are small against the cell: the others stay in every child's list.
     std::size_t small = 0;
     const auto limit = static_cast<float>(size) * unit;
     for (std::size_t i = 0; i < entries; ++i) small += cell_.reach[i] < limit ? 1 : 0;
-    for (const RecoveredParticle& r : tile_recovered_) {
+    for (const RecoveredParticle& r : cell_recovered_) {
       small += 1.0f / r.inverse_radius < static_cast<float>(size) ? 1 : 0;
     }
-    return 2 * small > entries + tile_recovered_.size();
+    return 2 * small > entries + cell_recovered_.size();
   }
 
   void divide(Piece& piece, const Pending& split, std::size_t in_tile, std::vector<Pending>& splits) {
