@@ -7,7 +7,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 particles=data/dam_break.bgeo
 picture=out/dam-break.png
 # How the picture is made; everything not named here is the program's own choice.
-render_options=(--size 1280x720 --spp 64)
+render_options=(--size 1280x720 --spp 64 --denoise)
 
 build() {
   # Only a fresh build directory learns that there may be no GoogleTest here: test.sh turns the tests on.
