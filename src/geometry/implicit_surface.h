@@ -55,9 +55,10 @@ inline constexpr std::size_t wide_stride = 64, wide_recovered_stride = 80;
 /// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.
 /// The surface is max(D/T, D'/T') = 1 (D' the field of the recovered particles).
 struct ImplicitSurfaceView {
-  double origin[3];  ///< low corner of the grid, scene coordinates in metres
-  float cell_size;   ///< metres a grid unit
-  int cells[3];      ///< multiples of 4
+  double origin[3];        ///< low corner of the grid, scene coordinates in metres
+  float cell_size;         ///< metres a grid unit
+  double cells_per_metre;  ///< its inverse
+  int cells[3];            ///< multiples of 4
   int tiles[3];
   const std::uint32_t* words;  ///< cell_word of each cell, 64 to a tile of 4x4x4, x fastest in both
   const SurfaceCell* cell;

@@ -683,6 +683,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
     view.tiles[a] = plan.tiles[a];
   }
   view.cell_size = static_cast<float>(plan.cell_size);
+  view.cells_per_metre = 1.0 / plan.cell_size;
   view.words = storage->words.data();
   view.cell = storage->cells.data();
   view.packed_lists = storage->packed_lists.data();

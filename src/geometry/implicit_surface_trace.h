@@ -478,32 +478,33 @@ EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray,
 /// Brings the ray to grid units with its origin moved to where it enters the grid: t_world = (t + moved) * cell_size.
 EMBRUN_FN bool to_grid(const ImplicitSurfaceView& s, const Ray& ray, GridRay& local, double& moved, float& low,
                        float& high) {
-  const double scale = 1.0 / static_cast<double>(s.cell_size);
+  const double scale = s.cells_per_metre;
   double enter = static_cast<double>(ray.t_min) * scale;
   double leave = static_cast<double>(ray.t_max) * scale;
   double o[3];
   for (int a = 0; a < 3; ++a) {
     o[a] = (static_cast<double>(ray.origin[a]) - s.origin[a]) * scale;
-    const double d = static_cast<double>(ray.direction[a]);
+    const float d = ray.direction[a];
     const double top = static_cast<double>(s.cells[a]);
-    if (d == 0.0) {
+    if (fabsf(d) <= 1e-30f) {
       if (o[a] < 0.0 || o[a] > top) return false;
-    } else {
-      const double t0 = -o[a] / d, t1 = (top - o[a]) / d;
-      enter = max_of(enter, min_of(t0, t1));
-      leave = min_of(leave, max_of(t0, t1));
+      // Such a component never leaves through its faces; 1e30 keeps 0 * it from being NaN.
+      local.inverse_direction[a] = 1e30f;
+      continue;
     }
+    const double inverse = 1.0 / static_cast<double>(d);
+    const double t0 = -o[a] * inverse, t1 = (top - o[a]) * inverse;
+    enter = max_of(enter, min_of(t0, t1));
+    leave = min_of(leave, max_of(t0, t1));
+    local.inverse_direction[a] = static_cast<float>(inverse);
   }
   if (!(enter <= leave)) return false;
   moved = enter;
   low = 0.0f;
   high = static_cast<float>(leave - enter);
   for (int a = 0; a < 3; ++a) {
-    const float d = ray.direction[a];
-    local.origin[a] = static_cast<float>(o[a] + enter * static_cast<double>(d));
-    local.direction[a] = d;
-    // A zero component never leaves through its faces; 1e30 keeps 0 * it from being NaN.
-    local.inverse_direction[a] = fabsf(d) > 1e-30f ? 1.0f / d : 1e30f;
+    local.origin[a] = static_cast<float>(o[a] + enter * static_cast<double>(ray.direction[a]));
+    local.direction[a] = ray.direction[a];
   }
   return true;
 }
@@ -516,7 +517,7 @@ EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ra
   if (!to_grid(s, ray, local, moved, low, high)) return false;
   float t;
   // A ray that was brought to the grid starts outside, whatever was said of its origin.
-  const Side start = moved > static_cast<double>(ray.t_min) / static_cast<double>(s.cell_size) ? Side::unknown : side;
+  const Side start = moved > static_cast<double>(ray.t_min) * s.cells_per_metre ? Side::unknown : side;
   // A clearance that is hardly more than the rounding of the origin is as good as none.
   RayStart known;
   const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
