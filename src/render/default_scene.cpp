@@ -125,8 +125,8 @@ CameraSettings make_camera_settings(const RenderOptions& options, const Box3d& b
   camera.target = round_choice(camera.target, bounds);
   if (options.camera_from) {
     camera.eye = to_vector(*options.camera_from);
-    camera.target = options.camera_to ? to_vector(*options.camera_to)
-                                      : round_choice(0.5 * (bounds.low + bounds.high), bounds);
+    camera.target =
+        options.camera_to ? to_vector(*options.camera_to) : round_choice(0.5 * (bounds.low + bounds.high), bounds);
     const UpBasis basis = up_basis(up_axis);
     const Vec3d view = normalize(camera.target - camera.eye);
     // Straight up or down, the top of the picture is away from a viewer in front.
