@@ -17,7 +17,7 @@ struct DirectionGuide {
 
 // The directions as a table: columns are longitudes about +y from +z, rows heights; all cells have the same solid angle.
 
-inline constexpr int guide_columns = 64, guide_rows = 32;
+inline constexpr int guide_columns = 128, guide_rows = 64;
 
 struct GuideCell {
   int x = 0, y = 0;

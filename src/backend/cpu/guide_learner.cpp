@@ -34,11 +34,28 @@ Table blurred(const Table& cells) {
   return out;
 }
 
-DistributionTable table_of(const Table& light) {
-  const Table smooth = blurred(light);
-  std::vector<float> weights(smooth.begin(), smooth.end());
-  return {weights, guide_columns, guide_rows};
-}
+/// What was found in the directions of each cell.
+class Lessons {
+ public:
+  void take(const GuideLesson& lesson) {
+    const GuideCell cell = guide_cell(lesson.direction);
+    const auto i = static_cast<std::size_t>(cell.y * guide_columns + cell.x);
+    count_[i] += 1;
+    const double light = static_cast<double>(lesson.light);
+    squares_[i] += light * light;
+  }
+  /// The noise is least when directions are drawn in proportion to the root of the mean square of what they bring; the
+  /// lessons themselves were drawn by the surfaces' own choice, which their number stands for.
+  DistributionTable table() const {
+    const Table count = blurred(count_), squares = blurred(squares_);
+    std::vector<float> weights(count.size());
+    for (std::size_t i = 0; i < count.size(); ++i) weights[i] = static_cast<float>(std::sqrt(count[i] * squares[i]));
+    return {weights, guide_columns, guide_rows};
+  }
+
+ private:
+  Table count_ = Table(guide_columns * guide_rows), squares_ = Table(guide_columns * guide_rows);
+};
 
 }  // namespace
 
@@ -80,22 +97,11 @@ LearnedGuide learn_guide(const KernelTable& kernels, const PathScene& scene, con
     }
   });
 
-  // Summed in their order, whoever traced them. A rare great one may not draw everything to itself.
-  Table light[2] = {Table(guide_columns * guide_rows), Table(guide_columns * guide_rows)};
-  double sum = 0, count = 0;
-  for (const GuideLesson& l : lessons) {
-    if (!(l.light > 0.0f) || !std::isfinite(l.light)) continue;
-    sum += static_cast<double>(l.light);
-    count += 1;
-  }
-  const double most = count > 0 ? 1000 * sum / count : 0;
-  for (const GuideLesson& l : lessons) {
-    if (!(l.light > 0.0f) || !std::isfinite(l.light)) continue;
-    const GuideCell cell = guide_cell(l.direction);
-    light[l.in_body ? 1 : 0][static_cast<std::size_t>(cell.y * guide_columns + cell.x)] +=
-        std::min(static_cast<double>(l.light), most);
-  }
-  return {table_of(light[0]), table_of(light[1])};
+  // Gathered in their order, whoever traced them.
+  Lessons gathered[2];
+  for (const GuideLesson& found : lessons)
+    if (found.light >= 0.0f && std::isfinite(found.light)) gathered[found.in_body ? 1 : 0].take(found);
+  return {gathered[0].table(), gathered[1].table()};
 }
 
 }  // namespace embrun

@@ -19,8 +19,9 @@ struct PixelSample {
 
 /// What a path found of light at the first diffuse surface it came to.
 struct GuideLesson {
-  Vec3 direction;   ///< unit, the one it went on in
-  float light = 0;  ///< luminance that came from there, as far as no light sample had found it
+  Vec3 direction;  ///< unit, the one it went on in
+  /// Luminance that came from there, as far as no light sample had found it; negative: there was no such surface.
+  float light = -1;
   bool in_body = false;
 };
 
@@ -38,7 +39,7 @@ struct KernelTable {
   /// Follows `count` (at most batch_size) samples to their ends; `timed`: measures how long their rays take.
   void (*trace_samples)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
                         FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
-  /// Follows paths likewise, for what they find: one lesson each (light 0: none).
+  /// Follows paths likewise, for what they find: one lesson each.
   void (*learn_directions)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
                            GuideLesson* lessons, PathBatch& batch);
   /// Which bodies hold a point.

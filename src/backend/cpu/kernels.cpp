@@ -49,7 +49,7 @@ void learn_directions(const PathScene& scene, const CpuSceneView& view, const Pi
   trace_batch(scene, intersector, batch, count, false, first, counters);
   for (int i = 0; i < count; ++i) {
     const float gained = luminance(batch.paths[i].radiance) - first.radiance_before[i];
-    lessons[i].light = first.throughput[i] > 0.0f ? gained / first.throughput[i] : 0.0f;
+    lessons[i].light = first.throughput[i] > 0.0f ? gained / first.throughput[i] : -1.0f;
   }
 }
 
