@@ -107,6 +107,7 @@ Surface::Surface(Kernel kernel, std::vector<Particle> particles) : kernel_(kerne
     }
     groups_.push_back(group);
   }
+  for (const Particle& p : particles_) smallest_influence_ = std::min(smallest_influence_, p.influence);
 }
 
 template <class Reaches, class Visit>
@@ -147,12 +148,19 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
   const Sample here = sample(x);
   const double tolerance = std::max(least_tolerance, 1e-3 * here.radius);
   const double steepness = length(here.gradient);
+  const auto other_side = [&](Vec step) { return (sample(x + step).g > 0) != (here.g > 0); };
+  // From outside, particles that are not felt here may be within the tolerance where it is larger than they are.
+  if (here.g <= 0 && smallest_influence_ < 4 * tolerance) {
+    bool found = false;
+    visit([&](Vec low, Vec high, double) { return distance_to_box(x, low, high) <= tolerance; },
+          [&](const Particle& p) { found = found || (length(p.centre - x) <= tolerance && other_side(p.centre - x)); });
+    if (found) return true;
+  }
   // Neither branch can have changed by more than this within the tolerance: then the sign is the same all around.
   const double change = steepness * tolerance + 0.5 * here.curvature * tolerance * tolerance;
   if (here.g > 0 && here.g > 1.01 * change) return false;
   // From outside the other branch may be the nearer one; its slope is unknown, so only the sampling below decides.
   if (here.g < 0 && here.g < -1.01 * change && here.other < -20 * change - 0.05) return false;
-  const auto other_side = [&](Vec step) { return (sample(x + step).g > 0) != (here.g > 0); };
   // Along the gradient first, at shrinking distances: the body may be smaller than the tolerance.
   for (int halvings = 0; steepness > 0 && halvings < 12; ++halvings) {
     if (other_side(here.gradient * ((here.g > 0 ? -1 : 1) * std::ldexp(tolerance, -halvings) / steepness))) return true;
@@ -161,10 +169,15 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
     const Vec direction{i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0};
     if (i != 13 && other_side(direction * (tolerance / length(direction)))) return true;
   }
-  // Bodies smaller than the tolerance: try the centres within it.
+  return false;
+}
+
+bool Surface::dust_within(Vec x, double tolerance) const {
+  if (smallest_influence_ >= 4 * tolerance) return false;
   bool found = false;
-  visit([&](Vec low, Vec high, double) { return distance_to_box(x, low, high) <= tolerance; },
-        [&](const Particle& p) { found = found || (length(p.centre - x) <= tolerance && other_side(p.centre - x)); });
+  visit(
+      [&](Vec low, Vec high, double) { return distance_to_box(x, low, high) <= tolerance; },
+      [&](const Particle& p) { found = found || (p.influence < 4 * tolerance && length(p.centre - x) <= tolerance); });
   return found;
 }
 
@@ -373,7 +386,8 @@ Verdict judge_description(const Surface& surface, const Ray& ray, bool from_insi
                           double tolerance) {
   const Sample sample = surface.sample(at(ray, answer.t));
   const double steepness = length(sample.gradient);
-  // Near a crease, or where the field is level, there is no one normal.
+  // Near a crease, or where the field is level or changes within the tolerance, there is no one normal.
+  if (surface.dust_within(at(ray, answer.t), tolerance)) return Verdict::right;
   if (!(steepness > 0) || std::abs(sample.g - sample.other) < 10 * tolerance * steepness) return Verdict::right;
   const double cosine = dot(sample.gradient, ray.direction) / steepness * (from_inside ? -1 : 1);
   if (cosine < -0.05 || answer.entering == from_inside) return Verdict::wrong_way;

@@ -57,6 +57,9 @@ class Surface {
   /// Whether the surface passes within max(tolerance, 1e-3 local radius) of x.
   bool surface_within(Vec x, double tolerance) const;
 
+  /// Whether particles smaller than the tolerance are within it of x.
+  bool dust_within(Vec x, double tolerance) const;
+
   Kernel kernel() const { return kernel_; }
   /// The particles whose support meets the ray between t_min and t_max.
   std::vector<Particle> gather(const Ray& ray) const;
@@ -77,6 +80,7 @@ class Surface {
   std::vector<Particle> particles_;  // sorted so that blocks are compact
   std::vector<Block> blocks_;        // of 32 particles
   std::vector<Block> groups_;        // of 32 blocks
+  double smallest_influence_ = 1e300;
   Vec low_, high_;
 };
 

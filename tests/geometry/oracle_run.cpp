@@ -34,6 +34,9 @@ void print_wrong(const OracleReport::Wrong& wrong) {
              wrong.answer.t - wrong.judgement.expected);
   fmt::print("     origin {{{:a}f, {:a}f, {:a}f}} ({:.6g} {:.6g} {:.6g})\n", r.origin.x, r.origin.y, r.origin.z,
              r.origin.x, r.origin.y, r.origin.z);
+  if (r.clearance.distance > 0) {
+    fmt::print("     clearance {:.6g} of sheet {}\n", r.clearance.distance, r.clearance.sheet);
+  }
   fmt::print("     direction {{{:a}f, {:a}f, {:a}f}} ({:.6g} {:.6g} {:.6g})\n", r.direction.x, r.direction.y,
              r.direction.z, r.direction.x, r.direction.y, r.direction.z);
 }

@@ -243,6 +243,7 @@ std::vector<TestRay> make_rays(const OracleScene& scene, const oracle::Surface& 
     if (ray.side != Side::unknown && surface.inside(origin) != (ray.side == Side::inside) &&
         !surface.surface_within(origin, scene.tolerance)) {
       ray.side = Side::unknown;
+      ray.ray.clearance = {};
     }
   }
   rays.resize(recorded + 2 * fifth);

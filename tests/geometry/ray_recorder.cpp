@@ -62,6 +62,8 @@ TestRay scatter(const Ray& ray, const SurfaceHit& hit, Dice& dice) {
   const Vec3 p = hit.position;
   const float offset = 4e-7f * (fabsf(p.x) + fabsf(p.y) + fabsf(p.z));
   next.ray.origin = p + geometric * (reflect ? offset : -offset);
+  // What the hit knows of the surface around it goes with the ray.
+  next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
   next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
   return next;
 }
