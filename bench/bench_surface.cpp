@@ -43,7 +43,8 @@ struct Subject {
   struct RaySet {
     std::string name;
     std::vector<TestRay> rays;
-    double bar = 0;  ///< least ratio to Embree
+    double bar = 0;    ///< least ratio to Embree
+    double share = 0;  ///< of all rays of the render
     double direct_hits = 0, embree_hits = 0;
   };
   std::vector<RaySet> sets;
@@ -82,11 +83,13 @@ Subject make_subject(const std::vector<Vec3>& positions, int order, std::size_t 
   const ImplicitSurfaceView& view = s.surface.view();
   RecordedRays recorded = record_render(
       [&](const Ray& ray, Side side, SurfaceHit& hit) { return trace(view, ray, side, hit); }, box, ray_count, 1);
-  s.sets.push_back({"camera", recorded.of(RayClass::camera), 0.5});
-  s.sets.push_back({"outside", recorded.of(RayClass::outside), 0.6});
-  s.sets.push_back({"inside", recorded.of(RayClass::inside), 0.85});
+  const auto traced = [&](RayClass c) { return static_cast<double>(recorded.traced[static_cast<std::size_t>(c)]); };
+  const double all = traced(RayClass::camera) + traced(RayClass::outside) + traced(RayClass::inside);
+  s.sets.push_back({"camera", recorded.of(RayClass::camera), 0.5, traced(RayClass::camera) / all});
+  s.sets.push_back({"outside", recorded.of(RayClass::outside), 0.6, traced(RayClass::outside) / all});
+  s.sets.push_back({"inside", recorded.of(RayClass::inside), 0.85, traced(RayClass::inside) / all});
   shuffle(recorded.of(RayClass::inside));
-  s.sets.push_back({"inside, random order", recorded.of(RayClass::inside), 0.85});
+  s.sets.push_back({"inside, random order", recorded.of(RayClass::inside), 0.85, 0});
   return s;
 }
 
@@ -182,6 +185,21 @@ class Collector : public benchmark::BenchmarkReporter {
 
 const char* verdict(bool passed) { return passed ? "ok" : "BELOW"; }
 
+/// All rays of the render in their proportions.
+void print_whole_render(const Subject& s, const Collector& c) {
+  double seconds[3] = {};  // a ray, on average
+  const char* whats[3] = {"direct", "embree", "thesis"};
+  for (int i = 0; i < 3; ++i) {
+    for (const Subject::RaySet& set : s.sets) {
+      if (set.share > 0) seconds[i] += set.share / c.rate(key(whats[i], s, set.name));
+    }
+  }
+  fmt::print("  {:<22}{:>10.3f}{:>10.3f}{:>16}{:>9.2f}{:>14}", "the whole render", 1e-6 / seconds[0], 1e-6 / seconds[1],
+             "", seconds[1] / seconds[0], "");
+  if (s.thesis) fmt::print("{:>10.0f} {}", seconds[2] / seconds[0], verdict(seconds[2] / seconds[0] >= 100));
+  fmt::print("\n");
+}
+
 void print_report(const std::vector<Subject>& subjects, const Collector& c) {
   for (const Subject& s : subjects) {
     fmt::print("\nn = {}: {} particles, {} triangles at R0/2\n", s.order, s.positions.size(),
@@ -200,6 +218,7 @@ void print_report(const std::vector<Subject>& subjects, const Collector& c) {
       }
       fmt::print("\n");
     }
+    print_whole_render(s, c);
     const double direct = c.seconds(key("direct", s, "build")), mesh = c.seconds(key("embree", s, "build"));
     fmt::print(
         "  build: direct {:.3f} s (bar 0.25: {}); sampling, extraction and BVH {:.3f} s, {:.1f} times it (bar 5: "

@@ -104,13 +104,13 @@ RecordedRays record_render(const Intersector& intersect, const Box3& box, std::s
   RecordedRays recorded;
   Dice dice(seed), tile_dice(seed + 1);  // the tiles do not depend on what the paths meet
   const auto keep = [&](RayClass c, const TestRay& ray) {
+    ++recorded.traced[static_cast<std::size_t>(c)];
     if (recorded.of(c).size() < count) recorded.of(c).push_back(ray);
   };
   const std::array<Eye, 2> eyes{framed(box, View::three_quarter), framed(box, View::front)};
-  std::size_t traced = 0;
   const auto enough = [&] {
     for (const auto& rays : recorded.rays) {
-      if (rays.size() < count) return traced >= 6 * count + 20000;
+      if (rays.size() < count) return recorded.traced[0] >= 6 * count + 20000;
     }
     return true;
   };
@@ -123,7 +123,6 @@ RecordedRays record_render(const Intersector& intersect, const Box3& box, std::s
       TestRay ray =
           camera_ray(eye, tile_x * tile_side + pixel % tile_side, tile_y * tile_side + pixel / tile_side, dice);
       keep(RayClass::camera, ray);
-      ++traced;
       for (int bounce = 0; bounce < 8; ++bounce) {
         SurfaceHit hit;
         if (!intersect(ray.ray, ray.side, hit)) break;

@@ -26,6 +26,7 @@ using Intersector = std::function<bool(const Ray&, Side, SurfaceHit&)>;
 /// Rays of each class, as a path tracer of the bare body (glass 1.33 in air) traces them.
 struct RecordedRays {
   std::array<std::vector<TestRay>, ray_class_count> rays;
+  std::array<std::size_t, ray_class_count> traced{};  ///< how many of each there were, kept or not
 
   std::vector<TestRay>& of(RayClass c) { return rays[static_cast<std::size_t>(c)]; }
   const std::vector<TestRay>& of(RayClass c) const { return rays[static_cast<std::size_t>(c)]; }
