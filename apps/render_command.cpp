@@ -110,7 +110,10 @@ void add_scene_options(CLI::App& c, RenderArguments& a) {
        "--container", a.container,
        "x0,y0,z0,x1,y1,z1: the box that holds the fluid, which ends flat at its faces and touches them without a gap")
       ->group(group);
-  c.add_option("--mesh", o.meshes, "PLY or OBJ file to show as a grey object; may be repeated")->group(group);
+  c.add_option("--mesh", o.meshes, "PLY or OBJ file to show as a grey object; may be repeated")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(group);
 }
 
 void add_work_options(CLI::App& c, RenderArguments& a) {
@@ -171,7 +174,7 @@ extern "C" void note_interrupt(int) { interrupted.store(true); }
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note_interrupt;
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
@@ -228,6 +231,8 @@ constexpr const char* render_footer =
 void add_render_command(CLI::App& program, const std::string& command_line, int& exit_code) {
   const auto arguments = std::make_shared<RenderArguments>();
   CLI::App* render = program.add_subcommand("render", "Render a particle file");
+  // A command may be repeated with other options after its own: to replay a sample, to change one thing.
+  render->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   render->add_option("INPUT", arguments->input, "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content")
       ->required();
   add_picture_options(*render, *arguments);

@@ -76,7 +76,7 @@ struct RenderOptions {
   std::string layer = "beauty";  ///< of formats with one layer: beauty, albedo, normal, depth, samples, variance
   double exposure = 0;           ///< stops, PNG
   std::string tone = "filmic";   ///< filmic, srgb: the tone curve of PNG
-  std::string command;           ///< kept in the file's metadata
+  std::string command;           ///< kept in the file's metadata, and shown to replay a bad sample
 };
 
 /// Throws when an option is out of range or unknown.
@@ -152,7 +152,8 @@ struct RenderReport {
   std::uint64_t bent_directions = 0;        ///< sent across the surface by a shading normal, and put right
   std::uint64_t medium_contradictions = 0;  ///< crossings that disagreed with the medium, and were put right
   std::uint64_t bad_samples = 0;            ///< NaN, infinite, negative or stuck: left out
-  std::vector<std::string> replay_flags;    ///< flags that render one of them alone, for the first few
+  /// What renders one of them alone, for the first few: RenderOptions::command with flags that overrule its own.
+  std::vector<std::string> replay_commands;
 };
 
 /// Several lines for people, ending with a line feed.

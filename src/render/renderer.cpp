@@ -150,7 +150,7 @@ struct Renderer::State {
   void read_file(const std::string& path, const RenderHooks& hooks);
   void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
   void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
-  std::string replay_flags(const PixelSample& sample) const;
+  std::string replay_command(const PixelSample& sample) const;
   ImageMetadata metadata() const;
   ImageLayers layers() const;
 };
@@ -232,9 +232,10 @@ void Renderer::State::record_choices(const MeasuredParticles& measured, const Sc
   r.seed = options.seed;
 }
 
-std::string Renderer::State::replay_flags(const PixelSample& sample) const {
-  return fmt::format("--crop {},{},1,1 --first-sample {} --spp 1 --seed {} --size {}x{}", sample.x, sample.y,
-                     sample.sample, options.seed, options.width, options.height);
+std::string Renderer::State::replay_command(const PixelSample& sample) const {
+  const std::string flags =
+      fmt::format("--crop {},{},1,1 --first-sample {} --spp 1", sample.x, sample.y, sample.sample);
+  return options.command.empty() ? flags : options.command + " " + flags;
 }
 
 ImageMetadata Renderer::State::metadata() const {
@@ -331,8 +332,8 @@ RenderReport Renderer::report() const {
   r.bent_directions = p.bends;
   r.medium_contradictions = p.contradictions;
   for (const PixelSample& sample : s.counts.bad_samples) {
-    if (r.replay_flags.size() == 8) break;
-    r.replay_flags.push_back(s.replay_flags(sample));
+    if (r.replay_commands.size() == 8) break;
+    r.replay_commands.push_back(s.replay_command(sample));
   }
   r.cpu_seconds = cpu_seconds();
   r.peak_memory_bytes = 1024 * static_cast<double>(process_usage().ru_maxrss);

@@ -48,7 +48,7 @@ std::string to_text(const RenderReport& r) {
   if (r.bad_samples > 0) {
     text += fmt::format("  bad        {} samples left out (not a number, infinite, negative or stuck); to replay:\n",
                         r.bad_samples);
-    for (const std::string& flags : r.replay_flags) text += fmt::format("    {}\n", flags);
+    for (const std::string& command : r.replay_commands) text += fmt::format("    {}\n", command);
   }
   for (const std::string& note : r.notes) text += fmt::format("  note       {}\n", note);
   return text;
@@ -87,7 +87,7 @@ std::string to_json(const RenderReport& r) {
   json["scatterings"] = r.scatterings;
   json["bent_directions"] = r.bent_directions;
   json["medium_contradictions"] = r.medium_contradictions;
-  json["bad_samples"] = {{"count", r.bad_samples}, {"replay_flags", r.replay_flags}};
+  json["bad_samples"] = {{"count", r.bad_samples}, {"replay_commands", r.replay_commands}};
   json["notes"] = r.notes;
   return json.dump(2) + "\n";
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -98,6 +99,36 @@ TEST(Kernels, SeeTheSameLight) {
   }
   // The same random numbers: only the few paths that rounding sends elsewhere differ.
   for (const Measured& picture : pictures) EXPECT_NEAR(picture.mean, pictures[0].mean, 0.5 * picture.standard_error);
+}
+
+// A path that brings NaN is left out, counted and named; which ones does not depend on the threads, and each is bad
+// again when it is traced alone.
+TEST(Kernels, BadSamplesAreCountedAndNamed) {
+  SceneDescription scene = full_scene();
+  scene.fluids.clear();
+  FlatScene flat = compile(scene);
+  // The ball's reflectance, as no description could have it.
+  flat.materials[flat.instances[0].material].reflectance.first.g = std::nanf("");
+  const CpuBackend backend(flat);
+  Film film = make_film(scene.film), other = make_film(scene.film);
+  RenderCounts counts;
+  run_on_threads(1, [&] { counts = backend.render_samples(film, 0, 4); });
+  RenderCounts again;
+  run_on_threads(5, [&] { again = backend.render_samples(other, 0, 4); });
+  EXPECT_GT(bad_samples(film), 16u);
+  EXPECT_EQ(bad_samples(film) + good_samples(film), 24u * 24u * 4u);
+  EXPECT_EQ(bad_samples(film), bad_samples(other));
+  for (const FilmPixel& pixel : film.pixels) EXPECT_TRUE(std::isfinite(pixel.radiance[1]));
+  ASSERT_EQ(counts.bad_samples.size(), 16u);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const PixelSample& bad = counts.bad_samples[i];
+    EXPECT_EQ(bad.x, again.bad_samples[i].x);
+    EXPECT_EQ(bad.y, again.bad_samples[i].y);
+    EXPECT_EQ(bad.sample, again.bad_samples[i].sample);
+    Film alone = make_film(24, 24, PixelWindow{bad.x, bad.y, 1, 1});
+    backend.render_samples(alone, bad.sample, 1);
+    EXPECT_EQ(bad_samples(alone), 1u);
+  }
 }
 
 TEST(Kernels, TheCameraRaysOfABatchAreCounted) {

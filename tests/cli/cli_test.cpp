@@ -202,6 +202,19 @@ TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
   EXPECT_EQ(run("render water.xyz -q -o x.png --env sky.hdr --mesh mesh.obj" + small).exit_code, 0);
 }
 
+// So that the command of a report can be given again with something changed.
+TEST_F(Cli, TheLastOfAnOptionCounts) {
+  ASSERT_EQ(run("render water.xyz -q -o a.pfm --size 8x8 --spp 1 -o b.pfm --size 12x9 --crop 0,0,1,1 --crop 2,3,4,5")
+                .exit_code,
+            0);
+  EXPECT_FALSE(fs::exists(folder / "a.pfm"));
+  EXPECT_EQ(read_image(folder / "b.pfm").height, 5);
+  std::ofstream(folder / "one.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
+  const Outcome outcome = run("render water.xyz -q -o c.pfm --mesh one.obj --mesh two.obj" + small);
+  EXPECT_EQ(outcome.exit_code, 1);  // meshes add up: the second is missing
+  EXPECT_NE(outcome.err.find("two.obj"), std::string::npos);
+}
+
 TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz", 2, "--output");
   expect_refused("render -o x.png", 2, "INPUT");
