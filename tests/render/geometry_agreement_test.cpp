@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <random>
 #include <utility>
 
 #include "image/metrics.h"
+#include "meshing/isosurface.h"
 #include "render/transport.h"
 
 namespace embrun {
@@ -94,6 +96,31 @@ TEST(Agreement, ALoneParticle) {
   drop.material = dielectric_material(1.33, grey(sigma));
   scene.fluids.push_back(drop);
   expect_same_picture(with_ball(), scene, 0.002);
+}
+
+// A body of water with an uneven surface and a few drops, against marching cubes of the same field: cells of a quarter
+// radius, vertices on the surface, normals of the field. What the mesh cuts off its edges is the tolerance.
+TEST(Agreement, AMeshOfAFluid) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> shift(-0.02, 0.02);
+  FluidDescription fluid = lattice_fluid({-0.5, -0.3, -0.4}, {0.5, 0.2, 0.5}, 0.1);
+  for (Vec3d& p : fluid.positions) p = p + Vec3d{shift(random), shift(random), shift(random)};
+  for (int i = 0; i < 12; ++i) fluid.positions.push_back({0.13 * i - 0.6, 0.45 + 3 * shift(random), 4 * shift(random)});
+  fluid.surface.normal = NormalMode::gradient;
+  for (const int order : {2, 3}) {
+    fluid.surface.order = order;
+    SceneDescription direct = two_tone_view(), meshed = two_tone_view();
+    direct.fluids.push_back(fluid);
+    std::vector<Vec3> positions;
+    for (const Vec3d& p : fluid.positions) positions.push_back(to_float(p));
+    IsosurfaceSettings cells;
+    cells.cell = 0.25f * fluid.surface.radius;
+    MeshDescription mesh;
+    mesh.mesh = extract_isosurface(positions, {}, resolve_surface_model(positions, {}, fluid.surface), cells);
+    mesh.material = fluid.material;
+    meshed.meshes.push_back(mesh);
+    expect_same_picture(direct, meshed, 0.004);
+  }
 }
 
 TEST(Agreement, APlacedParticle) {
