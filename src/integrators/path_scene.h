@@ -22,7 +22,7 @@ struct PathSettings {
   /// boundaries are no events.
   int max_depth = 256;
   /// Events after which Russian roulette may end a path.
-  int roulette_depth = 3;
+  int roulette_depth = 5;
   /// Interfaces that a path may go through by refraction, or -1 for any number. After the last one every interface
   /// is crossed straight on, without reflection.
   int max_refractions = -1;

@@ -153,7 +153,7 @@ struct IntegratorDescription {
   int samples = 64;          ///< per pixel
   int max_depth = 256;       ///< scattering events, 0 to 65535
   int max_refractions = -1;  ///< -1: any number
-  int roulette_depth = 3;
+  int roulette_depth = 5;
   /// Learn first from where light comes at diffuse surfaces, where that is worth it: less noise under water.
   bool guide = true;
 };
