@@ -65,6 +65,8 @@ struct CameraSettings {
   double focus_distance = 0;  ///< metres along the viewing direction; 0: at the target
   double shutter_open = 0, shutter_close = 0;
   PixelFilter filter;
+
+  bool operator==(const CameraSettings&) const = default;
 };
 
 /// Makes the camera for a frame of width x height pixels; `recentring` is the point of the world that per-ray code

@@ -19,6 +19,8 @@ enum class FilterKind : uint8_t {
 struct PixelFilter {
   FilterKind kind = FilterKind::box;
   float radius = 0.5f;  ///< pixels; ignored by `box`
+
+  bool operator==(const PixelFilter&) const = default;
 };
 
 /// Offset from the left edge of the tent of half width 1, in [-1, 1].

@@ -25,6 +25,8 @@ struct SurfaceSettings {
   double spacing = 0;
   /// Particle radius R0 in metres; must be positive. With per-particle radii, the reference radius.
   float radius = 0;
+
+  bool operator==(const SurfaceSettings&) const = default;
 };
 
 }  // namespace embrun

@@ -13,6 +13,8 @@ struct TriangleMesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;  ///< unit, one per position; empty: the mesh is flat-shaded
   std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  bool operator==(const TriangleMesh&) const = default;
 };
 
 }  // namespace embrun

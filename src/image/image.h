@@ -31,6 +31,8 @@ struct Image {
   float& at(int x, int y, int channel = 0) { return pixels[index(x, y, channel)]; }
   float at(int x, int y, int channel = 0) const { return pixels[index(x, y, channel)]; }
   std::size_t pixel_count() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+
+  bool operator==(const Image&) const = default;
 };
 
 /// An image of zeros. Sizes must not be negative.

@@ -14,6 +14,8 @@ struct SkySettings {
   float sky_irradiance = 1.6f;      ///< luminance, on a horizontal plane, from the sky without the sun; above 0
   float turbidity = 1.4f;           ///< haze, 1 (pure air) to 10
   Rgb ground{0.42f, 0.41f, 0.40f};  ///< reflectance of the ground below the horizon
+
+  bool operator==(const SkySettings&) const = default;
 };
 
 /// A clear sky from the scattering of air and haze, with a soft sun that fades to nothing at `sun_diameter`, above a

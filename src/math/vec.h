@@ -59,6 +59,7 @@ EMBRUN_FN Vec3d operator+(Vec3d a, Vec3d b) { return {a.x + b.x, a.y + b.y, a.z 
 EMBRUN_FN Vec3d operator-(Vec3d a, Vec3d b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 EMBRUN_FN Vec3d operator*(Vec3d a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 EMBRUN_FN Vec3d operator*(double s, Vec3d a) { return a * s; }
+EMBRUN_FN bool operator==(Vec3d a, Vec3d b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 EMBRUN_FN double dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 EMBRUN_FN Vec3d cross(Vec3d a, Vec3d b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

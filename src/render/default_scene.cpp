@@ -102,6 +102,7 @@ EnvironmentDescription make_environment(const RenderOptions& options, std::vecto
     return environment;
   }
   environment.kind = Kind::image;
+  environment.file = options.environment;
   Image image = read_image(options.environment);
   const EnvironmentRepair repair = clean_environment(image);
   if (repair.not_finite + repair.negative > 0)
@@ -212,6 +213,7 @@ SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptio
   for (const std::string& path : options.meshes) {
     MeshDescription mesh;
     mesh.mesh = read_mesh(path);
+    mesh.file = path;
     mesh.material = diffuse_material(grey(0.6f));
     scene.meshes.push_back(std::move(mesh));
   }

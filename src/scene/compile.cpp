@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -29,16 +30,13 @@ struct Bounds {
   bool empty() const { return low.x > high.x; }
 };
 
-Vec3d place(const Placement& p, Vec3d v) { return p.x_axis * v.x + p.y_axis * v.y + p.z_axis * v.z + p.origin; }
+bool is_identity(const Placement& p) { return p == Placement{}; }
 
-bool is_identity(const Placement& p) {
-  return p.x_axis.x == 1 && p.x_axis.y == 0 && p.x_axis.z == 0 && p.y_axis.x == 0 && p.y_axis.y == 1 &&
-         p.y_axis.z == 0 && p.z_axis.x == 0 && p.z_axis.y == 0 && p.z_axis.z == 1 && p.origin.x == 0 &&
-         p.origin.y == 0 && p.origin.z == 0;
+/// Where all a mesh stands.
+std::span<const Placement> placements_of(const MeshDescription& mesh) {
+  if (mesh.copies.empty()) return {&mesh.placement, 1};
+  return mesh.copies;
 }
-
-/// How much larger lengths become, at most.
-double largest_scale(const Placement& p) { return std::max({length(p.x_axis), length(p.y_axis), length(p.z_axis)}); }
 
 Bounds bounds_of(const SceneDescription& scene) {
   Bounds bounds;
@@ -59,7 +57,8 @@ Bounds bounds_of(const SceneDescription& scene) {
       for (const double b : {-1.0, 1.0}) bounds.include(patch.center + a * u + b * v);
   }
   for (const MeshDescription& mesh : scene.meshes)
-    for (const Vec3& p : mesh.mesh.positions) bounds.include(place(mesh.placement, to_double(p)));
+    for (const Placement& placement : placements_of(mesh))
+      for (const Vec3& p : mesh.mesh.positions) bounds.include(place(placement, to_double(p)));
   if (bounds.empty()) bounds.include(scene.camera.target, 1);
   return bounds;
 }
@@ -181,13 +180,17 @@ class Compiler {
     return static_cast<std::uint32_t>(flat_.materials.size() - 1);
   }
 
-  Instance& add_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {
+  Instance make_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {
     Instance instance;
     instance.kind = kind;
     instance.geometry = static_cast<std::uint32_t>(geometry);
     instance.media_class = classes_.class_of(material);
     instance.material = add_material(material);
-    return flat_.instances.emplace_back(instance);
+    return instance;
+  }
+
+  Instance& add_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {
+    return flat_.instances.emplace_back(make_instance(kind, geometry, material));
   }
 
   /// Places an instance whose geometry was recentred about `center` in its own space.
@@ -301,7 +304,9 @@ class Compiler {
     const TriangleMesh& mesh = description.mesh;
     Bounds own;
     for (const Vec3& p : mesh.positions) own.include(to_double(p));
-    const Vec3d center = own_center(description.placement, own);
+    const std::span<const Placement> placements = placements_of(description);
+    // Copies cannot all be where the world's coordinates are the mesh's own.
+    const Vec3d center = placements.size() == 1 ? own_center(placements.front(), own) : 0.5 * (own.low + own.high);
 
     MeshRange range;
     range.first_position = static_cast<std::uint32_t>(flat_.mesh_positions.size());
@@ -317,9 +322,12 @@ class Compiler {
           {range.first_position + t[0], range.first_position + t[1], range.first_position + t[2]});
     flat_.meshes.push_back(range);
 
-    Instance& instance = add_instance(GeometryKind::mesh, flat_.meshes.size() - 1, description.material);
-    set_placement(instance, description.placement, center);
-    if (!is_black(description.radiance)) instance.light = add_emitter(range, instance.to_world, description.radiance);
+    const Instance shared = make_instance(GeometryKind::mesh, flat_.meshes.size() - 1, description.material);
+    for (const Placement& placement : placements) {
+      Instance& instance = flat_.instances.emplace_back(shared);
+      set_placement(instance, placement, center);
+      if (!is_black(description.radiance)) instance.light = add_emitter(range, instance.to_world, description.radiance);
+    }
   }
 
   std::int32_t add_emitter(const MeshRange& range, const Transform& to_world, Rgb radiance) {

@@ -14,6 +14,7 @@
 #include "math/rgb.h"
 #include "math/up_axis.h"
 #include "sampling/sampler.h"
+#include "scene/placement.h"
 
 // A scene as plain data: positions in metres and double precision, wherever the world's origin is. It can be printed,
 // compared and changed at will; compile() checks it and makes what a ray touches. Defaults are usable.
@@ -23,12 +24,8 @@ namespace embrun {
 /// A box in the world.
 struct Box3d {
   Vec3d low, high;
-};
 
-/// A rotation, scaling and shift of a geometry: x -> x_axis x.x + y_axis x.y + z_axis x.z + origin.
-struct Placement {
-  Vec3d x_axis{1, 0, 0}, y_axis{0, 1, 0}, z_axis{0, 0, 1};
-  Vec3d origin;
+  bool operator==(const Box3d&) const = default;
 };
 
 /// A colour over space. Of a checkerboard: square cells of side `cell` in the plane of two axes, cell (0, 0) with its
@@ -40,6 +37,8 @@ struct TextureDescription {
   double cell = 1;  ///< metres, > 0
   Vec3d origin;
   int axis_u = 0, axis_v = 2;  ///< 0 to 2, different
+
+  bool operator==(const TextureDescription&) const = default;
 };
 
 /// What a surface is made of, and for a dielectric what is behind it.
@@ -52,6 +51,8 @@ struct MaterialDescription {
   /// Where bodies overlap the inside of the highest priority counts; dielectrics of the same priority, ior and
   /// absorption are one solid. 1 and up; the air has 0.
   int priority = 1;
+
+  bool operator==(const MaterialDescription&) const = default;
 };
 
 inline MaterialDescription diffuse_material(Rgb reflectance) {
@@ -85,22 +86,31 @@ struct FluidDescription {
   /// gap is closed by mirror images of the particles behind the face.
   bool wets_container = true;
   Placement placement;
+  std::string file;  ///< where the particles are from, or empty
+
+  bool operator==(const FluidDescription&) const = default;
 };
 
 struct BallDescription {
   Vec3d center;
   double radius = 1;
+
+  bool operator==(const BallDescription&) const = default;
 };
 
 /// Balls on their own. Those of one dielectric that overlap are one solid.
 struct BallsDescription {
   std::vector<BallDescription> balls;
   MaterialDescription material;
+
+  bool operator==(const BallsDescription&) const = default;
 };
 
 struct BoxDescription {
   Box3d box;
   MaterialDescription material;
+
+  bool operator==(const BoxDescription&) const = default;
 };
 
 /// A flat rectangle, seen from both sides unless the material is one-sided. The normal is that of `axis_u` x `axis_v`.
@@ -109,6 +119,8 @@ struct PatchDescription {
   Vec3d axis_u{1, 0, 0}, axis_v{0, 0, -1};  ///< at right angles; any length
   double half_u = 1, half_v = 1;            ///< metres; infinite for a whole plane
   MaterialDescription material;
+
+  bool operator==(const PatchDescription&) const = default;
 };
 
 struct MeshDescription {
@@ -116,6 +128,11 @@ struct MeshDescription {
   Placement placement;
   MaterialDescription material;
   Rgb radiance;  ///< emitted, on the side of the triangles' normals; 0: none
+  /// Where the mesh stands if in several places at once, in place of `placement`.
+  std::vector<Placement> copies;
+  std::string file;  ///< where the mesh is from, or empty
+
+  bool operator==(const MeshDescription&) const = default;
 };
 
 /// A lamp without geometry of its own: opaque, and visible.
@@ -129,6 +146,8 @@ struct LightDescription {
   double radius = 1;        ///< of a disk or sphere
   double half_angle = 2.5;  ///< of a distant light, degrees
   bool two_sided = false;
+
+  bool operator==(const LightDescription&) const = default;
 };
 
 /// Light from infinitely far all round.
@@ -137,13 +156,18 @@ struct EnvironmentDescription {
   Kind kind = Kind::constant;
   Rgb constant{1, 1, 1};
   SkySettings sky;
-  Image image;      ///< latitude-longitude, 3 channels, row 0 at the zenith
-  double turn = 0;  ///< degrees about the up axis, anticlockwise from above
+  Image image;       ///< latitude-longitude, 3 channels, row 0 at the zenith
+  double turn = 0;   ///< degrees about the up axis, anticlockwise from above
+  std::string file;  ///< where the picture is from, or empty
+
+  bool operator==(const EnvironmentDescription&) const = default;
 };
 
 struct FilmDescription {
   int width = 1280, height = 720;
   std::optional<PixelWindow> crop;
+
+  bool operator==(const FilmDescription&) const = default;
 };
 
 /// How paths are followed: see PathSettings.
@@ -156,6 +180,8 @@ struct IntegratorDescription {
   int roulette_depth = 5;
   /// Learn first from where light comes at diffuse surfaces, where that is worth it: less noise under water.
   bool guide = true;
+
+  bool operator==(const IntegratorDescription&) const = default;
 };
 
 struct SceneDescription {
@@ -170,6 +196,8 @@ struct SceneDescription {
   CameraSettings camera;
   FilmDescription film;
   IntegratorDescription integrator;
+
+  bool operator==(const SceneDescription&) const = default;
 };
 
 /// Throws Error, naming the element and the value, when the scene cannot be rendered as it stands.

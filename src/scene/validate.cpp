@@ -58,8 +58,8 @@ void check_box(const Box3d& box, const std::string& what) {
 void check_placement(const Placement& p, const std::string& what) {
   require(finite(p.x_axis) && finite(p.y_axis) && finite(p.z_axis) && finite(p.origin),
           "{}: the placement is not finite", what);
-  const double volume = dot(cross(p.x_axis, p.y_axis), p.z_axis);
-  require(std::abs(volume) > 1e-12, "{}: the placement flattens it", what);
+  require(std::abs(determinant(p)) > 1e-12 * length(p.x_axis) * length(p.y_axis) * length(p.z_axis),
+          "{}: the placement flattens it", what);
 }
 
 void check_fluid(const FluidDescription& fluid, const std::string& what) {
@@ -139,6 +139,7 @@ void check_mesh(const MeshDescription& mesh, const std::string& what) {
   check_color(mesh.radiance, what + ": radiance", 1e30f);
   check_material(mesh.material, what);
   check_placement(mesh.placement, what);
+  for (const Placement& copy : mesh.copies) check_placement(copy, what + ": a copy");
 }
 
 std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {}", what, i + 1); }

@@ -96,5 +96,25 @@ TEST(Meshes, KeepTheirMaterials) {
   EXPECT_EQ(reflectance(trace(scene, {0.1, 0.2, -1}, {0, 0, -1})), 0.1f);
 }
 
+// One mesh in two places: met in both, in the second turned by a half about y and twice as large, and stored once.
+TEST(Meshes, StandInSeveralPlaces) {
+  SceneDescription scene;
+  scene.meshes.push_back(square());
+  scene.meshes[0].copies = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -3}},
+                            {{-2, 0, 0}, {0, 2, 0}, {0, 0, -2}, {10, 0, 4}}};
+  const Answer first = trace(scene, {0.5, 0.5, 0}, {0, 0, -1});
+  ASSERT_TRUE(first.found);
+  EXPECT_NEAR(first.hit.surface.t, 3, 1e-5);
+  EXPECT_NEAR(first.hit.surface.geometric_normal.z, 1, 1e-6);
+  const Answer second = trace(scene, {11.5, 1.5, 0}, {0, 0, 1});
+  ASSERT_TRUE(second.found);
+  EXPECT_NEAR(second.hit.surface.t, 4, 1e-5);
+  EXPECT_NEAR(second.hit.surface.geometric_normal.z, -1, 1e-6);
+  EXPECT_FALSE(trace(scene, {3, 1.5, 0}, {0, 0, 1}).found);
+  const FlatScene flat = compile(scene);
+  EXPECT_EQ(flat.instances.size(), 2u);
+  EXPECT_EQ(flat.mesh_positions.size(), 4u);
+}
+
 }  // namespace
 }  // namespace embrun
