@@ -3,13 +3,16 @@
 #include <cstdint>
 
 #include "math/rgb.h"
+#include "media/phase_function.h"
 
 namespace embrun {
 
-/// What fills the inside of a closed body: a refractive index and an absorption per metre.
+/// What fills the inside of a closed body: a refractive index, and what is the same everywhere in it, per metre.
 struct Medium {
   float ior = 1;
   Rgb absorption;
+  Rgb scattering;
+  PhaseFunction phase;
 };
 
 /// Media are told apart by class, and the class is the priority: where bodies overlap, the highest class wins.

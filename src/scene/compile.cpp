@@ -44,6 +44,10 @@ Bounds bounds_of(const SceneDescription& scene) {
     const double reach = 2 * static_cast<double>(fluid.surface.radius) * largest_scale(fluid.placement);
     for (const Vec3d& p : fluid.positions) bounds.include(place(fluid.placement, p), reach);
   }
+  for (const VolumeDescription& volume : scene.volumes) {
+    for (std::size_t i = 0; i < volume.positions.size(); ++i)
+      bounds.include(volume.positions[i], volume.radii.empty() ? volume.radius : static_cast<double>(volume.radii[i]));
+  }
   for (const BallsDescription& set : scene.balls)
     for (const BallDescription& ball : set.balls) bounds.include(ball.center, ball.radius);
   for (const BoxDescription& box : scene.boxes) {
@@ -77,6 +81,13 @@ Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
       z.push_back(p.z);
     }
   }
+  for (const VolumeDescription& volume : scene.volumes) {
+    for (std::size_t i = 0; i < volume.positions.size(); i += volume.positions.size() / sample_size + 1) {
+      x.push_back(volume.positions[i].x);
+      y.push_back(volume.positions[i].y);
+      z.push_back(volume.positions[i].z);
+    }
+  }
   if (x.empty()) return 0.5 * (bounds.low + bounds.high);
   const auto median = [](std::vector<double>& v) {
     const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
@@ -86,12 +97,18 @@ Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
   return {median(x), median(y), median(z)};
 }
 
-/// Sorts the insides of the scene's dielectrics into classes by priority.
+/// What makes two bodies' insides the same.
+auto inside_of(const MaterialDescription& m) {
+  return std::tuple{m.priority,     m.ior,          m.absorption.r, m.absorption.g, m.absorption.b,
+                    m.scattering.r, m.scattering.g, m.scattering.b, m.phase.kind,   m.phase.g};
+}
+
+/// Sorts the insides of the scene's bodies into classes by priority.
 class MediaClasses {
  public:
   void add(const MaterialDescription& material) {
-    if (material.kind != BsdfKind::dielectric) return;
-    const auto same = [&](const MaterialDescription& other) { return key(other) == key(material); };
+    if (!has_inside(material)) return;
+    const auto same = [&](const MaterialDescription& other) { return inside_of(other) == inside_of(material); };
     if (std::none_of(kinds_.begin(), kinds_.end(), same)) kinds_.push_back(material);
   }
   std::vector<Medium> sort() {
@@ -101,23 +118,20 @@ class MediaClasses {
       throw Error(fmt::format("{} different media: at most {} besides the air can be told apart", kinds_.size(),
                               max_media_classes - 1));
     std::vector<Medium> media(1);
-    for (const MaterialDescription& kind : kinds_) media.push_back({static_cast<float>(kind.ior), kind.absorption});
+    for (const MaterialDescription& kind : kinds_)
+      media.push_back({static_cast<float>(kind.ior), kind.absorption, kind.scattering, kind.phase});
     return media;
   }
   /// The class of a material's inside; 0 for what has none.
   std::uint8_t class_of(const MaterialDescription& material) const {
-    if (material.kind != BsdfKind::dielectric) return 0;
+    if (!has_inside(material)) return 0;
     for (std::size_t i = 0; i < kinds_.size(); ++i)
-      if (key(kinds_[i]) == key(material)) return static_cast<std::uint8_t>(i + 1);
+      if (inside_of(kinds_[i]) == inside_of(material)) return static_cast<std::uint8_t>(i + 1);
     return 0;
   }
 
  private:
   std::vector<MaterialDescription> kinds_;
-
-  static std::tuple<int, double, float, float, float> key(const MaterialDescription& m) {
-    return {m.priority, m.ior, m.absorption.r, m.absorption.g, m.absorption.b};
-  }
 };
 
 /// Makes a FlatScene, one kind of element after the other.

@@ -14,6 +14,7 @@
 #include "math/rgb.h"
 #include "math/up_axis.h"
 #include "sampling/sampler.h"
+#include "scene/medium_description.h"
 #include "scene/placement.h"
 
 // A scene as plain data: positions in metres and double precision, wherever the world's origin is. It can be printed,
@@ -41,19 +42,28 @@ struct TextureDescription {
   bool operator==(const TextureDescription&) const = default;
 };
 
-/// What a surface is made of, and for a dielectric what is behind it.
+/// What a surface is made of, and for a dielectric what is behind it. A material of kind `null` bounds a medium without
+/// being seen itself: the body of a fog.
 struct MaterialDescription {
   BsdfKind kind = BsdfKind::diffuse;
   bool one_sided = false;          ///< seen only from where the normal points
   TextureDescription reflectance;  ///< of diffuse and conductor; channels in [0, 1]
   double ior = 1.33;               ///< of the inside of a dielectric, in [1, 10]
   Rgb absorption;                  ///< of the inside, per metre
-  /// Where bodies overlap the inside of the highest priority counts; dielectrics of the same priority, ior and
-  /// absorption are one solid. 1 and up; the air has 0.
+  Rgb scattering;                  ///< of the inside, per metre: the same everywhere in it
+  PhaseFunction phase;             ///< of that scattering
+  /// Where bodies overlap the inside of the highest priority counts; bodies whose insides are the same in priority, ior,
+  /// absorption, scattering and phase function are one solid. 1 and up; the air has 0.
   int priority = 1;
 
   bool operator==(const MaterialDescription&) const = default;
 };
+
+/// True for materials that bound a medium: dielectrics, and invisible boundaries of something that absorbs or scatters.
+inline bool has_inside(const MaterialDescription& material) {
+  return material.kind == BsdfKind::dielectric ||
+         (material.kind == BsdfKind::null && !(is_black(material.absorption) && is_black(material.scattering)));
+}
 
 inline MaterialDescription diffuse_material(Rgb reflectance) {
   MaterialDescription material;
@@ -66,6 +76,18 @@ inline MaterialDescription dielectric_material(double ior, Rgb absorption = {}, 
   material.kind = BsdfKind::dielectric;
   material.ior = ior;
   material.absorption = absorption;
+  material.priority = priority;
+  return material;
+}
+
+/// The invisible boundary of a medium in air.
+inline MaterialDescription fog_material(Rgb absorption, Rgb scattering, PhaseFunction phase = {}, int priority = 1) {
+  MaterialDescription material;
+  material.kind = BsdfKind::null;
+  material.ior = 1;
+  material.absorption = absorption;
+  material.scattering = scattering;
+  material.phase = phase;
   material.priority = priority;
   return material;
 }
@@ -86,6 +108,9 @@ struct FluidDescription {
   /// gap is closed by mirror images of the particles behind the face.
   bool wets_container = true;
   Placement placement;
+  /// What its particles do to light inside its surface, besides the material's absorption and scattering. The surface's
+  /// material must be a dielectric; the placement must keep balls balls.
+  std::optional<ParticleMediumDescription> medium;
   std::string file;  ///< where the particles are from, or empty
 
   bool operator==(const FluidDescription&) const = default;
@@ -180,6 +205,13 @@ struct IntegratorDescription {
   int roulette_depth = 5;
   /// Learn first from where light comes at diffuse surfaces, where that is worth it: less noise under water.
   bool guide = true;
+  /// Small lights find their way through water's surface only by chance. True: shadow rays go straight on through
+  /// interfaces, with Fresnel's and the medium's transmittance, and the same light is not counted when it is met by
+  /// refraction. Quiet, but biased: the light comes from where it would come without refraction.
+  bool straight_shadows = false;
+  /// Most that a light found after the first scattering event may bring to a sample, per channel (radiance); what is above
+  /// is cut off. Infinite: none, as everything else is biased.
+  double clamp = static_cast<double>(infinity);
 
   bool operator==(const IntegratorDescription&) const = default;
 };
@@ -187,6 +219,9 @@ struct IntegratorDescription {
 struct SceneDescription {
   UpAxis up = UpAxis::y;
   std::vector<FluidDescription> fluids;
+  std::vector<VolumeDescription> volumes;
+  /// Where particles of several fluids and volumes overlap.
+  MediaOverlap overlap = MediaOverlap::sum;
   std::vector<BallsDescription> balls;
   std::vector<BoxDescription> boxes;
   std::vector<PatchDescription> patches;

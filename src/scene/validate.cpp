@@ -24,6 +24,19 @@ void check_color(Rgb color, const std::string& what, float highest) {
             color.g, color.b, highest);
 }
 
+/// A coefficient per metre.
+void check_coefficient(Rgb value, const std::string& what) {
+  for (int c = 0; c < 3; ++c)
+    require(value[c] >= 0 && finite(value[c]),
+            "{} {},{},{} has a channel that is not a finite number of at least 0 (what is opaque is a surface)", what,
+            value.r, value.g, value.b);
+}
+
+void check_phase(const PhaseFunction& phase, const std::string& what) {
+  require(std::abs(phase.g) <= largest_phase_g, "{}: phase function: g = {} is not in [-{}, {}]", what, phase.g,
+          largest_phase_g, largest_phase_g);
+}
+
 void check_texture(const TextureDescription& texture, const std::string& what) {
   check_color(texture.first, what + ": reflectance", 1);
   if (texture.kind != TextureKind::checker) return;
@@ -39,12 +52,11 @@ void check_texture(const TextureDescription& texture, const std::string& what) {
 void check_material(const MaterialDescription& material, const std::string& what) {
   if (material.kind == BsdfKind::diffuse || material.kind == BsdfKind::conductor)
     check_texture(material.reflectance, what);
-  if (material.kind != BsdfKind::dielectric) return;
+  if (!has_inside(material)) return;
   require(material.ior >= 1 && material.ior <= 10, "{}: refractive index {} is not in [1, 10]", what, material.ior);
-  require(finite(material.absorption) && material.absorption.r >= 0 && material.absorption.g >= 0 &&
-              material.absorption.b >= 0,
-          "{}: absorption {},{},{} has a channel that is not a number of at least 0", what, material.absorption.r,
-          material.absorption.g, material.absorption.b);
+  check_coefficient(material.absorption, what + ": absorption");
+  check_coefficient(material.scattering, what + ": scattering");
+  check_phase(material.phase, what);
   require(material.priority >= 1, "{}: priority {} is not at least 1 (0 is the air's)", what, material.priority);
 }
 
@@ -60,6 +72,62 @@ void check_placement(const Placement& p, const std::string& what) {
           "{}: the placement is not finite", what);
   require(std::abs(determinant(p)) > 1e-12 * length(p.x_axis) * length(p.y_axis) * length(p.z_axis),
           "{}: the placement flattens it", what);
+}
+
+void check_particle_medium(const ParticleMediumDescription& medium, std::size_t particles, const std::string& what) {
+  check_coefficient(medium.extinction, what + ": extinction");
+  require(medium.extinction_scale >= 0 && finite(medium.extinction_scale),
+          "{}: extinction scale {} is negative or not finite", what, medium.extinction_scale);
+  check_color(medium.albedo, what + ": albedo", 1);
+  check_phase(medium.phase, what);
+  require(medium.density_radius >= 0 && finite(medium.density_radius),
+          "{}: density radius {} is negative or not finite", what, medium.density_radius);
+  require(medium.emission_scale >= 0 && finite(medium.emission_scale),
+          "{}: emission scale {} is negative or not finite", what, medium.emission_scale);
+  require(medium.emission.empty() || medium.temperatures.empty(),
+          "{}: its particles have both emission and temperatures; give one of them", what);
+  const auto check_count = [&](std::size_t values, const char* name) {
+    require(values == 0 || values == particles, "{}: {} {} for {} particles", what, values, name, particles);
+  };
+  check_count(medium.densities.size(), "densities");
+  check_count(medium.extinctions.size(), "extinctions");
+  check_count(medium.albedos.size(), "albedos");
+  check_count(medium.emission.size(), "emissions");
+  check_count(medium.temperatures.size(), "temperatures");
+  const auto of_particle = [&](std::size_t i, const char* name) {
+    return fmt::format("{}: particle {}: {}", what, i, name);
+  };
+  for (std::size_t i = 0; i < medium.densities.size(); ++i)
+    require(medium.densities[i] >= 0 && finite(medium.densities[i]),
+            "{}: particle {}: density {} is negative or not finite", what, i, medium.densities[i]);
+  for (std::size_t i = 0; i < medium.extinctions.size(); ++i)
+    check_coefficient(medium.extinctions[i], of_particle(i, "extinction"));
+  for (std::size_t i = 0; i < medium.albedos.size(); ++i) check_color(medium.albedos[i], of_particle(i, "albedo"), 1);
+  for (std::size_t i = 0; i < medium.emission.size(); ++i)
+    check_coefficient(medium.emission[i], of_particle(i, "emission"));
+  for (std::size_t i = 0; i < medium.temperatures.size(); ++i)
+    require(medium.temperatures[i] >= 0 && medium.temperatures[i] <= 1e6f,
+            "{}: particle {}: temperature {} K is not in [0, 1e6]", what, i, medium.temperatures[i]);
+}
+
+/// True when the placement turns balls into balls.
+bool keeps_balls(const Placement& p) {
+  const double x = length(p.x_axis), y = length(p.y_axis), z = length(p.z_axis);
+  const double tolerance = 1e-6 * x * x;
+  return std::abs(y - x) <= 1e-6 * x && std::abs(z - x) <= 1e-6 * x && std::abs(dot(p.x_axis, p.y_axis)) <= tolerance &&
+         std::abs(dot(p.y_axis, p.z_axis)) <= tolerance && std::abs(dot(p.z_axis, p.x_axis)) <= tolerance;
+}
+
+void check_volume(const VolumeDescription& volume, const std::string& what) {
+  require(volume.radius > 0 && finite(volume.radius), "{}: particle radius {} is not positive", what, volume.radius);
+  require(volume.radii.empty() || volume.radii.size() == volume.positions.size(), "{}: {} radii for {} particles", what,
+          volume.radii.size(), volume.positions.size());
+  for (std::size_t i = 0; i < volume.positions.size(); ++i)
+    require(finite(volume.positions[i]), "{}: the position of particle {} is not finite", what, i);
+  for (std::size_t i = 0; i < volume.radii.size(); ++i)
+    require(volume.radii[i] >= 0 && finite(volume.radii[i]),
+            "{}: the radius {} of particle {} is negative or not finite", what, volume.radii[i], i);
+  check_particle_medium(volume.medium, volume.positions.size(), what);
 }
 
 void check_fluid(const FluidDescription& fluid, const std::string& what) {
@@ -86,6 +154,10 @@ void check_fluid(const FluidDescription& fluid, const std::string& what) {
   check_material(fluid.material, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
+  if (!fluid.medium) return;
+  require(has_inside(fluid.material), "{}: its particles scatter light, but no light gets through its surface", what);
+  require(keeps_balls(fluid.placement), "{}: its particles scatter light as balls, which the placement distorts", what);
+  check_particle_medium(*fluid.medium, fluid.positions.size(), what);
 }
 
 void check_light(const LightDescription& light, const std::string& what) {
@@ -124,6 +196,7 @@ void check_integrator(const IntegratorDescription& settings) {
           settings.max_depth);
   require(settings.max_refractions >= -1, "{} refractions: give 0 or more, or -1 for any number",
           settings.max_refractions);
+  require(settings.clamp > 0, "clamp at {}: it must be positive", settings.clamp);
   require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
 }
 
@@ -148,6 +221,7 @@ std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {
 
 void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.fluids.size(); ++i) check_fluid(scene.fluids[i], numbered("fluid", i));
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i) check_volume(scene.volumes[i], numbered("volume", i));
   for (std::size_t i = 0; i < scene.balls.size(); ++i) {
     const std::string what = numbered("set of balls", i);
     check_material(scene.balls[i].material, what);
@@ -169,7 +243,7 @@ void validate(const SceneDescription& scene) {
             "{}: its axes are not at right angles", what);
     require(patch.half_u > 0 && patch.half_v > 0, "{}: its half sides {} and {} are not positive", what, patch.half_u,
             patch.half_v);
-    require(patch.material.kind != BsdfKind::dielectric, "{}: a patch has no inside to refract into", what);
+    require(!has_inside(patch.material), "{}: a patch has no inside to refract into", what);
     check_material(patch.material, what);
   }
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], numbered("mesh", i));

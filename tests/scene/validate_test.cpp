@@ -29,6 +29,10 @@ SceneDescription good_scene() {
   light.edge_u = {1, 0, 0};
   light.edge_v = {0, 0, 1};
   scene.lights.push_back(light);
+  VolumeDescription foam;
+  foam.positions = {{4, 0, 0}, {4.1, 0, 0}};
+  scene.volumes.push_back(foam);
+  scene.fluids[0].medium.emplace();
   scene.camera.eye = {0, 0, 5};
   return scene;
 }
@@ -43,6 +47,58 @@ void PrintTo(const Flaw& f, std::ostream* os) { *os << f.name; }
 const double nan_value = std::nan("");
 
 const Flaw flaws[] = {
+    {"scattering", [](auto& s) { s.boxes[0].material.scattering.g = -1; }, "box 1: scattering 0,-1,0 has a channel"},
+    {"fog_absorption",
+     [](auto& s) {
+       s.boxes[0].material = fog_material({infinity, 0, 0}, {});
+     },
+     "what is opaque is a surface"},
+    {"phase", [](auto& s) { s.boxes[0].material.phase.g = 1; }, "box 1: phase function: g = 1 is not in"},
+    {"patch_of_fog",
+     [](auto& s) {
+       s.patches[0].material = fog_material({1, 1, 1}, {});
+     },
+     "no inside"},
+    {"extinction", [](auto& s) { s.volumes[0].medium.extinction.b = infinity; }, "volume 1: extinction 1,1,inf"},
+    {"albedo", [](auto& s) { s.fluids[0].medium->albedo.r = 1.5f; }, "fluid 1: albedo: 1.5,1,1"},
+    {"extinction_scale", [](auto& s) { s.volumes[0].medium.extinction_scale = nan_value; }, "extinction scale nan"},
+    {"density_radius", [](auto& s) { s.volumes[0].medium.density_radius = -1; }, "density radius -1"},
+    {"densities", [](auto& s) { s.volumes[0].medium.densities = {1}; }, "volume 1: 1 densities for 2 particles"},
+    {"density",
+     [](auto& s) {
+       s.fluids[0].medium->densities = {1, -2};
+     },
+     "fluid 1: particle 1: density -2"},
+    {"own_extinction",
+     [](auto& s) {
+       s.fluids[0].medium->extinctions = {{1, 1, 1}, {1, -1, 1}};
+     },
+     "fluid 1: particle 1: extinction 1,-1,1"},
+    {"own_albedo",
+     [](auto& s) {
+       s.fluids[0].medium->albedos = {{1, 1, 1}, {1, 2, 1}};
+     },
+     "fluid 1: particle 1: albedo: 1,2,1"},
+    {"two_glows",
+     [](auto& s) {
+       s.volumes[0].medium.emission = {{1, 1, 1}, {1, 1, 1}};
+       s.volumes[0].medium.temperatures = {1000, 1000};
+     },
+     "both emission and temperatures"},
+    {"temperature",
+     [](auto& s) {
+       s.volumes[0].medium.temperatures = {1000, -3};
+     },
+     "temperature -3 K"},
+    {"volume_radius", [](auto& s) { s.volumes[0].radius = 0; }, "volume 1: particle radius 0"},
+    {"volume_position", [](auto& s) { s.volumes[0].positions[1].y = nan_value; }, "position of particle 1"},
+    {"opaque_fluid_that_scatters", [](auto& s) { s.fluids[0].material = diffuse_material(grey(0.5f)); },
+     "no light gets through its surface"},
+    {"distorted_balls",
+     [](auto& s) {
+       s.fluids[0].placement.x_axis = {2, 0, 0};
+     },
+     "as balls, which the placement"},
     {"no_particles", [](auto& s) { s.fluids[0].positions.clear(); }, "fluid 1: it has no particles"},
     {"radius", [](auto& s) { s.fluids[0].surface.radius = -1; }, "particle radius -1 is not positive"},
     {"nan_radius", [](auto& s) { s.fluids[0].surface.radius = std::nanf(""); }, "particle radius nan"},

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "math/rgb.h"
+#include "math/vec.h"
+#include "media/particle_medium.h"
+#include "media/phase_function.h"
+
+// Media as plain data, part of scene_description.h.
+
+namespace embrun {
+
+/// What the particles of a fluid or a volume do to light: each is a ball that scatters and absorbs. Where balls of one
+/// fluid overlap, scattering and absorption are each averaged; outside every ball there is none.
+///
+/// Per-particle values are empty, or one for each particle of the owner.
+struct ParticleMediumDescription {
+  Rgb extinction{1, 1, 1};      ///< per metre at rest density, each channel 0 or more and finite
+  double extinction_scale = 1;  ///< factor on all extinctions, 0 or more
+  Rgb albedo{1, 1, 1};          ///< scattering / extinction, each channel in [0, 1]
+  PhaseFunction phase;
+  double density_radius = 0;  ///< of the balls, metres; 0: the particles' own. With radii per particle they are scaled
+                              ///< so that a particle of the owner's radius gets this one
+  DensityModel model = DensityModel::balls;
+
+  std::vector<float> densities;  ///< relative to rest density; factors on `extinction`
+  std::vector<Rgb> extinctions;  ///< per metre, instead of `extinction` and `densities`
+  std::vector<Rgb> albedos;      ///< instead of `albedo`
+  /// Glow: radiance of a particle's matter if it were opaque (emission per metre is absorption times this), or the
+  /// temperature in kelvin of a black body that gives it. At most one of the two.
+  std::vector<Rgb> emission;
+  std::vector<float> temperatures;
+  double emission_scale = 1;  ///< factor on the glow; with temperatures, the luminance of a black body of 1500 K
+
+  bool operator==(const ParticleMediumDescription&) const = default;
+};
+
+/// Particles that fill space with a medium and have no surface: foam, fog, fire. They count wherever they are, in air
+/// and inside other bodies.
+struct VolumeDescription {
+  std::vector<Vec3d> positions;
+  std::vector<float> radii;  ///< one per particle, or empty: `radius` for all. A particle of radius 0 is not there
+  double radius = 0.025;     ///< metres, > 0
+  ParticleMediumDescription medium;
+  std::string file;  ///< where the particles are from, or empty
+
+  bool operator==(const VolumeDescription&) const = default;
+};
+
+}  // namespace embrun
