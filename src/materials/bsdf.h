@@ -22,11 +22,24 @@ namespace embrun {
 //   radiance is n^2 = 1.77, and a camera in air sees exactly 1 again.
 
 enum class BsdfKind : uint8_t {
-  null,        ///< nothing is there: the path goes straight on, weight 1
-  diffuse,     ///< Lambertian, on both sides, `reflectance`
-  dielectric,  ///< smooth, exact Fresnel, `relative_index`; reflects and refracts, absorbs nothing
-  conductor,   ///< smooth mirror; `reflectance` at normal incidence, Schlick's approximation elsewhere [Schlick1994]
+  null,              ///< nothing is there: the path goes straight on, weight 1
+  diffuse,           ///< Lambertian, on both sides, `reflectance`
+  dielectric,        ///< smooth, exact Fresnel, `relative_index`; reflects and refracts, absorbs nothing
+  conductor,         ///< smooth metal: exact Fresnel of a complex index, times `reflectance`
+  thin_dielectric,   ///< a sheet of glass without thickness: reflects and lets straight through; no inside
+  rough_dielectric,  ///< an interface of microfacets
+  rough_conductor,   ///< a metal of microfacets
+  plastic,           ///< a diffuse base under a smooth dielectric coat
+  principled,        ///< Burley's
 };
+
+/// How the normals of microfacets are spread.
+enum class MicrofacetDistribution : uint8_t { ggx, beckmann };
+
+/// True for the interfaces of media that are nothing where the indices on both sides agree.
+EMBRUN_FN bool is_interface(BsdfKind kind) {
+  return kind == BsdfKind::dielectric || kind == BsdfKind::rough_dielectric;
+}
 
 /// What a material is at one surface point, ready to scatter.
 struct Bsdf {
@@ -106,7 +119,12 @@ EMBRUN_LOCAL_FN BsdfSample sample_bsdf(const Bsdf& bsdf, const SurfaceNormals& s
                                        Sample2 u) {
   const FacingNormals normals = face_towards(surface, wo);
   switch (bsdf.kind) {
-    case BsdfKind::null: break;
+    case BsdfKind::null:
+    case BsdfKind::thin_dielectric:
+    case BsdfKind::rough_dielectric:
+    case BsdfKind::rough_conductor:
+    case BsdfKind::plastic:
+    case BsdfKind::principled: break;
     case BsdfKind::diffuse: return sample_diffuse(bsdf, normals, u);
     case BsdfKind::dielectric: return sample_dielectric(bsdf, normals, wo, u_lobe);
     case BsdfKind::conductor: return sample_conductor(bsdf, normals, wo);

@@ -6,7 +6,10 @@
 
 namespace embrun {
 
-enum class TextureKind : uint8_t { constant, checker };
+enum class TextureKind : uint8_t { constant, checker, uv_checker, bitmap };
+/// What a bitmap shows outside [0, 1].
+enum class TextureWrap : uint8_t { repeat, mirror, clamp };
+enum class TextureFilter : uint8_t { bilinear, nearest };
 
 /// A colour over space, in scene coordinates. `checker` divides the plane of two axes into square cells of size `cell`
 /// (metres): with i = floor((p - origin)[axis_u] / cell) and j likewise, i + j even shows `first`, odd `second`.

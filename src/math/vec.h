@@ -50,6 +50,12 @@ EMBRUN_FN Vec3 max_of(Vec3 a, Vec3 b) { return {max_of(a.x, b.x), max_of(a.y, b.
 EMBRUN_FN bool is_finite(float x) { return x - x == 0.0f; }
 EMBRUN_FN bool is_finite(Vec3 a) { return is_finite(a.x) && is_finite(a.y) && is_finite(a.z); }
 
+/// A point of a surface's coordinates.
+struct Vec2 {
+  float x = 0, y = 0;
+};
+EMBRUN_FN bool operator==(Vec2 a, Vec2 b) { return a.x == b.x && a.y == b.y; }
+
 /// A point or vector in double precision: positions as files give them, before recentring.
 struct Vec3d {
   double x = 0, y = 0, z = 0;

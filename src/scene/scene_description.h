@@ -9,11 +9,10 @@
 #include "geometry/triangle_mesh.h"
 #include "image/image.h"
 #include "lights/sky.h"
-#include "materials/bsdf.h"
-#include "materials/texture.h"
 #include "math/rgb.h"
 #include "math/up_axis.h"
 #include "sampling/sampler.h"
+#include "scene/material_description.h"
 #include "scene/medium_description.h"
 #include "scene/placement.h"
 
@@ -28,69 +27,6 @@ struct Box3d {
 
   bool operator==(const Box3d&) const = default;
 };
-
-/// A colour over space. Of a checkerboard: square cells of side `cell` in the plane of two axes, cell (0, 0) with its
-/// corner at `origin` shows `first`.
-struct TextureDescription {
-  TextureKind kind = TextureKind::constant;
-  Rgb first{0.5f, 0.5f, 0.5f};
-  Rgb second{0.2f, 0.2f, 0.2f};
-  double cell = 1;  ///< metres, > 0
-  Vec3d origin;
-  int axis_u = 0, axis_v = 2;  ///< 0 to 2, different
-
-  bool operator==(const TextureDescription&) const = default;
-};
-
-/// What a surface is made of, and for a dielectric what is behind it. A material of kind `null` bounds a medium without
-/// being seen itself: the body of a fog.
-struct MaterialDescription {
-  BsdfKind kind = BsdfKind::diffuse;
-  bool one_sided = false;          ///< seen only from where the normal points
-  TextureDescription reflectance;  ///< of diffuse and conductor; channels in [0, 1]
-  double ior = 1.33;               ///< of the inside of a dielectric, in [1, 10]
-  Rgb absorption;                  ///< of the inside, per metre
-  Rgb scattering;                  ///< of the inside, per metre: the same everywhere in it
-  PhaseFunction phase;             ///< of that scattering
-  /// Where bodies overlap the inside of the highest priority counts; bodies whose insides are the same in priority, ior,
-  /// absorption, scattering and phase function are one solid. 1 and up; the air has 0.
-  int priority = 1;
-
-  bool operator==(const MaterialDescription&) const = default;
-};
-
-/// True for materials that bound a medium: dielectrics, and invisible boundaries of something that absorbs or scatters.
-inline bool has_inside(const MaterialDescription& material) {
-  return material.kind == BsdfKind::dielectric ||
-         (material.kind == BsdfKind::null && !(is_black(material.absorption) && is_black(material.scattering)));
-}
-
-inline MaterialDescription diffuse_material(Rgb reflectance) {
-  MaterialDescription material;
-  material.reflectance.first = reflectance;
-  return material;
-}
-
-inline MaterialDescription dielectric_material(double ior, Rgb absorption = {}, int priority = 1) {
-  MaterialDescription material;
-  material.kind = BsdfKind::dielectric;
-  material.ior = ior;
-  material.absorption = absorption;
-  material.priority = priority;
-  return material;
-}
-
-/// The invisible boundary of a medium in air.
-inline MaterialDescription fog_material(Rgb absorption, Rgb scattering, PhaseFunction phase = {}, int priority = 1) {
-  MaterialDescription material;
-  material.kind = BsdfKind::null;
-  material.ior = 1;
-  material.absorption = absorption;
-  material.scattering = scattering;
-  material.phase = phase;
-  material.priority = priority;
-  return material;
-}
 
 /// Who finds a fluid's surface along a ray: Embrun's own way, or the thesis's, kept as a baseline (very slow).
 enum class SurfaceMethod { fast, thesis };
@@ -226,6 +162,8 @@ struct SceneDescription {
   std::vector<BoxDescription> boxes;
   std::vector<PatchDescription> patches;
   std::vector<MeshDescription> meshes;
+  /// What the textures of the materials show.
+  std::vector<PictureDescription> pictures;
   std::vector<LightDescription> lights;
   EnvironmentDescription environment;
   CameraSettings camera;

@@ -37,21 +37,92 @@ void check_phase(const PhaseFunction& phase, const std::string& what) {
           largest_phase_g, largest_phase_g);
 }
 
-void check_texture(const TextureDescription& texture, const std::string& what) {
-  check_color(texture.first, what + ": reflectance", 1);
-  if (texture.kind != TextureKind::checker) return;
-  check_color(texture.second, what + ": second reflectance", 1);
+void check_texture(const TextureDescription& texture, std::size_t pictures, const std::string& what) {
+  check_color(texture.first, what, 1);
+  require(texture.kind <= TextureKind::checker, "{}: this kind of texture is not there yet", what);
+  if (texture.kind == TextureKind::constant) return;
+  check_color(texture.second, what + ": second colour", 1);
   require(texture.cell > 0 && finite(texture.cell), "{}: checker cells of {} m; their side must be positive", what,
           texture.cell);
   require(finite(texture.origin), "{}: the checkerboard's origin is not finite", what);
   for (const int axis : {texture.axis_u, texture.axis_v})
     require(axis >= 0 && axis <= 2, "{}: checkerboard axis {} is not 0, 1 or 2", what, axis);
   require(texture.axis_u != texture.axis_v, "{}: the checkerboard's two axes are the same", what);
+  for (const double m : texture.to_uv) require(finite(m), "{}: its transform of (u, v) is not finite", what);
+  if (texture.kind == TextureKind::bitmap)
+    require(texture.picture >= 0 && static_cast<std::size_t>(texture.picture) < pictures,
+            "{}: it shows picture {} of {}", what, texture.picture, pictures);
 }
 
-void check_material(const MaterialDescription& material, const std::string& what) {
-  if (material.kind == BsdfKind::diffuse || material.kind == BsdfKind::conductor)
-    check_texture(material.reflectance, what);
+void check_picture(const PictureDescription& picture, const std::string& what) {
+  const Image& image = picture.image;
+  require(image.width >= 1 && image.height >= 1 && (image.channels == 1 || image.channels == 3),
+          "{}: {} x {} pixels of {} channels; there must be pixels, of 1 or 3 channels", what, image.width,
+          image.height, image.channels);
+  require(image.pixels.size() == image.pixel_count() * static_cast<std::size_t>(image.channels),
+          "{}: {} values for {} x {} pixels of {} channels", what, image.pixels.size(), image.width, image.height,
+          image.channels);
+  for (const float value : image.pixels)
+    require(value >= 0 && finite(static_cast<double>(value)), "{}: it has a pixel that is negative or not finite",
+            what);
+}
+
+/// A parameter that blends.
+void check_share(double value, const char* name, const std::string& what) {
+  require(value >= 0 && value <= 1, "{}: {} {} is not in [0, 1]", what, name, value);
+}
+
+void check_principled(const PrincipledDescription& p, const std::string& what) {
+  check_share(p.metallic, "metallic", what);
+  check_share(p.anisotropic, "anisotropic", what);
+  check_share(p.spec_trans, "spec_trans", what);
+  check_share(p.spec_tint, "spec_tint", what);
+  check_share(p.sheen, "sheen", what);
+  check_share(p.sheen_tint, "sheen_tint", what);
+  check_share(p.flatness, "flatness", what);
+  check_share(p.clearcoat, "clearcoat", what);
+  check_share(p.clearcoat_gloss, "clearcoat_gloss", what);
+}
+
+/// What a BSDF needs besides the media on its sides.
+void check_bsdf(const MaterialDescription& material, std::size_t pictures, const std::string& what) {
+  using enum BsdfKind;
+  const BsdfKind kind = material.kind;
+  require(kind <= conductor && material.back.empty(), "{}: this kind of material is not there yet", what);
+  const bool conducts = kind == conductor || kind == rough_conductor;
+  const bool rough = kind == rough_conductor || kind == rough_dielectric;
+  if (conducts || kind == diffuse || kind == plastic || kind == principled)
+    check_texture(material.reflectance, pictures, what + ": reflectance");
+  check_color(material.specular_reflectance, what + ": specular reflectance", 1);
+  check_color(material.specular_transmittance, what + ": specular transmittance", 1);
+  if (rough || kind == principled) check_texture(material.roughness, pictures, what + ": roughness");
+  if (material.roughness_v) check_share(*material.roughness_v, "roughness_v", what);
+  if (conducts) {
+    check_color(material.eta, what + ": eta", 1000);
+    check_color(material.k, what + ": k", 1000);
+    for (int c = 0; c < 3; ++c)
+      require(material.eta[c] > 0 || material.k[c] > 0, "{}: eta and k of a channel are both 0", what);
+  }
+  if (kind == principled) check_principled(material.principled, what);
+  if (kind == thin_dielectric || kind == plastic || (kind == principled && !has_inside(material)))
+    require(material.ior >= 0.1 && material.ior <= 10, "{}: refractive index {} is not in [0.1, 10]", what,
+            material.ior);
+}
+
+bool is_opaque(const MaterialDescription& material) {
+  using enum BsdfKind;
+  return material.kind == diffuse || material.kind == conductor || material.kind == rough_conductor ||
+         material.kind == plastic || (material.kind == principled && !has_inside(material));
+}
+
+void check_material(const MaterialDescription& material, std::size_t pictures, const std::string& what) {
+  check_bsdf(material, pictures, what);
+  require(material.back.size() <= 1, "{}: {} materials for its back; there is one back", what, material.back.size());
+  for (const MaterialDescription& back : material.back) {
+    require(is_opaque(material) && is_opaque(back) && !material.one_sided && !back.one_sided && back.back.empty(),
+            "{}: only what is opaque, and not one-sided, can have another material on its back", what);
+    check_bsdf(back, pictures, what + ": its back");
+  }
   if (!has_inside(material)) return;
   require(material.ior >= 1 && material.ior <= 10, "{}: refractive index {} is not in [1, 10]", what, material.ior);
   check_coefficient(material.absorption, what + ": absorption");
@@ -130,7 +201,7 @@ void check_volume(const VolumeDescription& volume, const std::string& what) {
   check_particle_medium(volume.medium, volume.positions.size(), what);
 }
 
-void check_fluid(const FluidDescription& fluid, const std::string& what) {
+void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std::string& what) {
   require(!fluid.positions.empty(), "{}: it has no particles", what);
   const SurfaceSettings& surface = fluid.surface;
   require(surface.radius > 0 && finite(surface.radius), "{}: particle radius {} is not positive", what, surface.radius);
@@ -148,10 +219,8 @@ void check_fluid(const FluidDescription& fluid, const std::string& what) {
   for (std::size_t i = 0; i < fluid.radii.size(); ++i)
     require(fluid.radii[i] > 0 && finite(fluid.radii[i]), "{}: the radius {} of particle {} is not positive", what,
             fluid.radii[i], i);
-  require(fluid.material.kind == BsdfKind::dielectric || fluid.material.kind == BsdfKind::diffuse ||
-              fluid.material.kind == BsdfKind::conductor,
-          "{}: its material is none that a surface can have", what);
-  check_material(fluid.material, what);
+  require(fluid.material.kind != BsdfKind::null, "{}: its material is none that a surface can have", what);
+  check_material(fluid.material, pictures, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
   if (!fluid.medium) return;
@@ -200,17 +269,22 @@ void check_integrator(const IntegratorDescription& settings) {
   require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
 }
 
-void check_mesh(const MeshDescription& mesh, const std::string& what) {
+void check_mesh(const MeshDescription& mesh, std::size_t pictures, const std::string& what) {
   require(!mesh.mesh.triangles.empty(), "{}: it has no triangles", what);
   require(mesh.mesh.normals.empty() || mesh.mesh.normals.size() == mesh.mesh.positions.size(),
           "{}: {} normals for {} positions", what, mesh.mesh.normals.size(), mesh.mesh.positions.size());
   for (const Vec3& p : mesh.mesh.positions) require(is_finite(p), "{}: a position is not finite", what);
+  require(mesh.mesh.coordinates.empty() || mesh.mesh.coordinates.size() == mesh.mesh.positions.size(),
+          "{}: {} texture coordinates for {} positions", what, mesh.mesh.coordinates.size(),
+          mesh.mesh.positions.size());
+  for (const Vec2 uv : mesh.mesh.coordinates)
+    require(is_finite(uv.x) && is_finite(uv.y), "{}: a texture coordinate is not finite", what);
   for (const auto& triangle : mesh.mesh.triangles)
     for (const std::uint32_t index : triangle)
       require(index < mesh.mesh.positions.size(), "{}: a triangle names position {} of {}", what, index,
               mesh.mesh.positions.size());
   check_color(mesh.radiance, what + ": radiance", 1e30f);
-  check_material(mesh.material, what);
+  check_material(mesh.material, pictures, what);
   check_placement(mesh.placement, what);
   for (const Placement& copy : mesh.copies) check_placement(copy, what + ": a copy");
 }
@@ -220,18 +294,20 @@ std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {
 }  // namespace
 
 void validate(const SceneDescription& scene) {
-  for (std::size_t i = 0; i < scene.fluids.size(); ++i) check_fluid(scene.fluids[i], numbered("fluid", i));
+  const std::size_t pictures = scene.pictures.size();
+  for (std::size_t i = 0; i < pictures; ++i) check_picture(scene.pictures[i], numbered("picture", i));
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i) check_fluid(scene.fluids[i], pictures, numbered("fluid", i));
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) check_volume(scene.volumes[i], numbered("volume", i));
   for (std::size_t i = 0; i < scene.balls.size(); ++i) {
     const std::string what = numbered("set of balls", i);
-    check_material(scene.balls[i].material, what);
+    check_material(scene.balls[i].material, pictures, what);
     for (const BallDescription& ball : scene.balls[i].balls)
       require(finite(ball.center) && ball.radius > 0 && finite(ball.radius),
               "{}: a ball of radius {} is not positive or not finite", what, ball.radius);
   }
   for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
     check_box(scene.boxes[i].box, numbered("box", i));
-    check_material(scene.boxes[i].material, numbered("box", i));
+    check_material(scene.boxes[i].material, pictures, numbered("box", i));
   }
   for (std::size_t i = 0; i < scene.patches.size(); ++i) {
     const PatchDescription& patch = scene.patches[i];
@@ -244,9 +320,9 @@ void validate(const SceneDescription& scene) {
     require(patch.half_u > 0 && patch.half_v > 0, "{}: its half sides {} and {} are not positive", what, patch.half_u,
             patch.half_v);
     require(!has_inside(patch.material), "{}: a patch has no inside to refract into", what);
-    check_material(patch.material, what);
+    check_material(patch.material, pictures, what);
   }
-  for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], numbered("mesh", i));
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], pictures, numbered("mesh", i));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) check_light(scene.lights[i], numbered("light", i));
   check_color(scene.environment.constant, "environment: radiance", 1e30f);
   check_film(scene.film);
