@@ -74,19 +74,20 @@ struct AxisCurvature<Kernel::zhu_bridson> {
 
 template <>
 struct AxisCurvature<Kernel::blinn> {
-  /// (4 k^2 a^2 - 2k) exp(-k u^2).
+  /// (4 k^2 a^2 - 2k) S exp(-k u^2) + 2k S c inside the support; the last term, which is small, counts for `most` alone.
   static EMBRUN_FN AxisRange axis(F16 a_least, F16 a_most, F16 rho_least, F16 rho_most) {
     constexpr float k = blinn_exponent;
     const F16 zero = splat(0.0f);
     const F16 q_least = a_least * a_least + rho_least * rho_least;
     const F16 q_most = a_most * a_most + rho_most * rho_most;
     const F16 cut = splat(blinn_support * blinn_support);
-    const F16 gauss_most = select_less(q_least, cut, exp_of(q_least * -k) * 1.0011f, zero);
+    const F16 gauss_most = select_less(q_least, cut, exp_of(q_least * -k) * 1.00798f, zero);
     const F16 gauss_least = select_less(q_most, cut, exp_of(q_most * -k), zero);
     const F16 low = 4.0f * k * k * a_least * a_least - 2.0f * k;
     const F16 high = 4.0f * k * k * a_most * a_most - 2.0f * k;
     return {select_less(low, zero, low * gauss_most, low * gauss_least),
-            select_less(high, zero, high * gauss_least, high * gauss_most)};
+            select_less(high, zero, high * gauss_least, high * gauss_most) +
+                select_less(q_least, cut, splat(2.0f * k * blinn_scale * 1.00001f), zero)};
   }
 };
 

@@ -18,7 +18,7 @@ struct CurvatureLanes {
   F16 down, up;
 };
 
-/// exp(x) for x in [-80, 0], relative error at most 1e-6: 2^k by the exponent's bits, the rest by a polynomial.
+/// exp(x) for x in [-80, 80], relative error at most 1e-6: 2^k by the exponent's bits, the rest by a polynomial.
 EMBRUN_FN F16 exp_of(F16 x) {
   const F16 y = max_of(x, splat(-80.0f)) * 1.44269504f;
   // Adding and taking off 1.5 * 2^23 rounds to the nearest integer.
@@ -129,33 +129,44 @@ struct KernelLanes<Kernel::zhu_bridson> {
 
 template <>
 struct KernelLanes<Kernel::blinn> {
-  static constexpr float scale = 1.0f / (1.0f - blinn_cut);
-
-  static EMBRUN_FN F16 value(F16 q) { return max_of((exp_of(q * -blinn_exponent) - blinn_cut) * scale, splat(0.0f)); }
-  /// f'' = (-2k + 4k^2 (q - h^2)) exp(-k q): at most 4k exp(-1.5) exp(-k h^2), at least -2k exp(-k h^2).
+  static EMBRUN_FN F16 value(F16 q) {
+    const F16 w = above_cut(q);
+    return blinn_scale * max_of(exp_of(w) - 1.0f - w, splat(0.0f));
+  }
+  /// With g = exp(w) at q and g_h at h^2, the line's squared distance from the centre, f'' = (4k^2 (q - h^2) - 2k) Sc g
+  /// + 2k Sc: at most 4k exp(-1.5) Sc g_h + 2k Sc, where q - h^2 = 1.5/k; at least -2k Sc (g_h - 1), where q = h^2.
   static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
-    const F16 gauss = exp_of(q * -blinn_exponent) * scale;
-    const F16 inner = select_less(q, splat(blinn_support * blinn_support), gauss, splat(0.0f));
-    const F16 beside_square = max_of(q - ahead * ahead, splat(0.0f));
-    const F16 beside = select_less(beside_square, splat(blinn_support * blinn_support),
-                                   exp_of(beside_square * -blinn_exponent) * scale, splat(0.0f));
-    return {max_of(gauss - blinn_cut * scale, splat(0.0f)), 2.0f * blinn_exponent * inner * ahead,
-            4.0f * 0.2231302f * blinn_exponent * beside, 2.0f * blinn_exponent * beside};
+    const F16 zero = splat(0.0f);
+    const F16 w = above_cut(q), w_beside = above_cut(max_of(q - ahead * ahead, zero));
+    const F16 gauss = exp_of(w), beside = exp_of(w_beside);
+    constexpr float k = blinn_exponent;
+    const F16 down = 2.0f * k * blinn_scale * (beside - 1.0f);
+    const F16 up = 2.0f * k * blinn_scale * (2.0f * 0.2231302f * beside + 1.0f);
+    return {blinn_scale * max_of(gauss - 1.0f - w, zero), 2.0f * k * blinn_scale * (gauss - 1.0f) * ahead,
+            select_less(zero, w_beside, up, zero), down};
   }
   static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
+  /// Radial (4k^2 u^2 - 2k) Sc g + 2k Sc, which rises up to k u^2 = 1.5 and falls beyond; across -2k Sc (g - 1), below
+  /// the radial one.
   static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
-    const F16 nearest = max_of(u - h, splat(0.0f));
-    const F16 gauss =
-        select_less(nearest, splat(blinn_support), exp_of(nearest * nearest * -blinn_exponent), splat(0.0f));
-    constexpr float k = blinn_exponent * 1.0011f;
-    return {2.0f * k * gauss, 0.8926f * k * gauss};
+    const F16 zero = splat(0.0f);
+    const F16 nearest = max_of(u - h, zero);
+    const F16 w = above_cut(nearest * nearest);
+    constexpr float k = blinn_exponent;
+    const F16 w_most = min_of(w, splat(blinn_depth - 1.5f));
+    const F16 radial = (2.0f * (blinn_depth - w_most) - 1.0f) * exp_of(w_most) + 1.0f;
+    return {2.0f * k * blinn_scale * (exp_of(w) - 1.0f), select_less(zero, w, 2.0f * k * blinn_scale * radial, zero)};
   }
   static EMBRUN_FN void value_and_pull(F16 q, F16& value, F16& pull, F16& inverse) {
-    const F16 gauss = exp_of(q * -blinn_exponent) * scale;
-    value = max_of(gauss - blinn_cut * scale, splat(0.0f));
-    pull = 2.0f * blinn_exponent * select_less(q, splat(blinn_support * blinn_support), gauss, splat(0.0f));
+    const F16 w = above_cut(q);
+    const F16 gauss = exp_of(w);
+    value = blinn_scale * max_of(gauss - 1.0f - w, splat(0.0f));
+    pull = 2.0f * blinn_exponent * blinn_scale * (gauss - 1.0f);
     inverse = rsqrt_of(max_of(q, splat(1e-12f)));
   }
+
+ private:
+  static EMBRUN_FN F16 above_cut(F16 q) { return max_of(blinn_depth - q * blinn_exponent, splat(0.0f)); }
 };
 
 }  // namespace embrun

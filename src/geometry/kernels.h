@@ -29,20 +29,23 @@ EMBRUN_FN float zhu_bridson_derivative(float u) {
   return -6.0f * u * w * w;
 }
 
-/// exp(-beta r^2) [Blinn1982], unbounded, is cut where it falls below 1e-3, and lowered and rescaled by that
-/// much so that the cut leaves no step: f = (exp(-k u^2) - 1e-3) / (1 - 1e-3) with k = beta b^2 such that
-/// f(1/3) = 2/3 exactly: k = -9 ln(2/3 + 1e-3/3). It differs from the uncut one by less than 1e-3.
-/// Its support is beyond b: sqrt(ln(1000)/k) = 1.3767 b.
-inline constexpr float blinn_cut = 1e-3f;
-inline constexpr float blinn_exponent = 3.6446871f;
-inline constexpr float blinn_support = 1.3766969f;
+/// exp(-beta r^2) [Blinn1982], unbounded, is cut where it falls to c = 1e-3. Its tangent in u^2 there is taken off,
+/// so that the cut leaves neither a step nor a kink (bounds on f'' hold across it), and the rest is scaled to f(0) = 1:
+/// f = S c (exp(w) - 1 - w) with w = max(0, ln(1/c) - k u^2) and S = 1/(1 - c (1 + ln(1/c))). k = beta b^2 is such that
+/// f(1/3) = 2/3 exactly. It differs from the uncut one by less than 0.0034. C1; support beyond b:
+/// sqrt(ln(1/c)/k) = 1.3816 b.
+inline constexpr float blinn_depth = 6.9077553f;      ///< ln(1/c)
+inline constexpr float blinn_scale = 1.00797079e-3f;  ///< S c
+inline constexpr float blinn_exponent = 3.6190801f;   ///< k
+inline constexpr float blinn_support = 1.3815588f;
 
 EMBRUN_FN float blinn_value_of_square(float u_squared) {
-  return max_of(0.0f, (expf(-blinn_exponent * u_squared) - blinn_cut) * (1.0f / (1.0f - blinn_cut)));
+  const float w = max_of(0.0f, blinn_depth - blinn_exponent * u_squared);
+  return blinn_scale * max_of(0.0f, expf(w) - 1.0f - w);
 }
 EMBRUN_FN float blinn_derivative(float u) {
-  if (u >= blinn_support) return 0.0f;
-  return -2.0f * blinn_exponent / (1.0f - blinn_cut) * u * expf(-blinn_exponent * u * u);
+  const float w = max_of(0.0f, blinn_depth - blinn_exponent * u * u);
+  return -2.0f * blinn_exponent * blinn_scale * u * (expf(w) - 1.0f);
 }
 
 /// f(u), u >= 0.
@@ -70,12 +73,12 @@ EMBRUN_FN float kernel_support(Kernel kernel) { return kernel == Kernel::blinn ?
 
 /// Integral of f over space for b = 1: 4 pi int_0^support f(u) u^2 du.
 /// Metaball 4/405 + 16/405 = 4/81 inside and outside of u = 1/3; Zhu-Bridson 16/315; Blinn
-/// (sqrt(pi)/(4 k^(3/2)) erf(sqrt(k) U) - U c/(2k) - c U^3/3) / (1 - c) with the cut c and support U.
+/// S (sqrt(pi)/(4 k^(3/2)) erf(sqrt(k) U) - U c/(2k) - c (1 + k U^2) U^3/3 + c k U^5/5) with support U.
 EMBRUN_FN float kernel_integral(Kernel kernel) {
   switch (kernel) {
     case Kernel::metaball: return 4.0f * pi * (4.0f / 81.0f);
     case Kernel::zhu_bridson: return 4.0f * pi * (16.0f / 315.0f);
-    case Kernel::blinn: return 4.0f * pi * 0.0626743745f;
+    case Kernel::blinn: return 4.0f * pi * 0.0613336488f;
   }
   return 0.0f;
 }

@@ -6,7 +6,7 @@ namespace embrun {
 enum class Kernel {
   metaball,     ///< 1 - 3(r/b)^2 up to b/3, then (3/2)(1 - r/b)^2: C1, f(b/3) = 2/3
   zhu_bridson,  ///< (1 - (r/b)^2)^3
-  blinn,        ///< exp(-beta r^2) with f(b/3) = 2/3, cut where it falls below 1e-3
+  blinn,        ///< exp(-beta r^2) with f(b/3) = 2/3, cut smoothly where it falls to 1e-3
 };
 
 enum class ThresholdMode { automatic, thesis, number };

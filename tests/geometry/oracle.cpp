@@ -8,10 +8,25 @@ namespace oracle {
 
 namespace {
 
-// Blinn's kernel falls by exp(-k u^2), less its cut: (exp(-k u^2) - c)/(1 - c), c = 1e-3, with f(1/3) = 2/3.
-const double blinn_c = 1e-3;
-const double blinn_k = -9.0 * std::log(2.0 / 3.0 * (1.0 - blinn_c) + blinn_c);
-const double blinn_reach = std::sqrt(std::log(1.0 / blinn_c) / blinn_k);
+// Blinn's kernel exp(-k q), q = u^2, less its tangent at q = Q where it has fallen to c = 1e-3, over what that leaves
+// at 0: (exp(-k q) - c (1 + k (Q - q))) / (1 - c (1 + k Q)).
+constexpr double blinn_c = 1e-3;
+
+/// k such that the kernel is 2/3 at u = 1/3, by bisection: it falls with k, and k Q = ln(1/c) whatever k is.
+double blinn_rate() {
+  const double top = 1 - blinn_c * (1 - std::log(blinn_c));
+  double low = 3, high = 4;
+  for (int i = 0; i < 60; ++i) {
+    const double k = 0.5 * (low + high);
+    const double third = (std::exp(-k / 9) - blinn_c * (1 - std::log(blinn_c) - k / 9)) / top;
+    (third > 2.0 / 3.0 ? low : high) = k;
+  }
+  return 0.5 * (low + high);
+}
+
+const double blinn_k = blinn_rate();
+const double blinn_reach = std::sqrt(-std::log(blinn_c) / blinn_k);
+const double blinn_top = 1 - blinn_c * (1 + blinn_k * blinn_reach * blinn_reach);
 // Larger than |f''| and |f'(u)/u| of all three kernels (6, 6 and 2k = 7.3).
 constexpr double kernel_curvature = 8.0;
 
@@ -31,14 +46,16 @@ double kernel_support(Kernel kernel) { return kernel == Kernel::blinn ? blinn_re
 double kernel_value(Kernel kernel, double u) {
   if (u >= kernel_support(kernel)) return 0;
   if (kernel == Kernel::zhu_bridson) return std::pow(1 - u * u, 3);
-  if (kernel == Kernel::blinn) return (std::exp(-blinn_k * u * u) - blinn_c) / (1 - blinn_c);
+  if (kernel == Kernel::blinn) {
+    return (std::exp(-blinn_k * u * u) - blinn_c * (1 + blinn_k * (blinn_reach * blinn_reach - u * u))) / blinn_top;
+  }
   return u <= 1.0 / 3.0 ? 1 - 3 * u * u : 1.5 * (1 - u) * (1 - u);
 }
 
 double kernel_slope(Kernel kernel, double u) {
   if (u >= kernel_support(kernel)) return 0;
   if (kernel == Kernel::zhu_bridson) return -6 * u * (1 - u * u) * (1 - u * u);
-  if (kernel == Kernel::blinn) return -2 * blinn_k * u * std::exp(-blinn_k * u * u) / (1 - blinn_c);
+  if (kernel == Kernel::blinn) return -2 * blinn_k * u * (std::exp(-blinn_k * u * u) - blinn_c) / blinn_top;
   return u <= 1.0 / 3.0 ? -6 * u : -3 * (1 - u);
 }
 
