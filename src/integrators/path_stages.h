@@ -152,7 +152,7 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
     behind = media_behind(intersector, ray, hit, path.media, counters);
     const int here = path.media.current(), beyond = behind.current();
     const bool matched = scene.media[here].ior == scene.media[beyond].ior;
-    passes = passes || (material.kind == BsdfKind::dielectric && (matched || goes_straight(scene.settings, path)));
+    passes = passes || (is_interface(material.kind) && (matched || goes_straight(scene.settings, path)));
     if (passes && !matched) path.throughput *= radiance_factor(scene, here, beyond);
   }
   if (passes) {
@@ -182,27 +182,30 @@ EMBRUN_FN Vec3 leave_surface(const SceneHit& hit, Vec3 direction) {
   return hit.surface.position + side * hit.surface.geometric_normal;
 }
 
-/// The table that guides directions at a diffuse point of the path, or null.
-EMBRUN_FN const Distribution2D* guide_of(const PathScene& scene, const PathState& path) {
-  return scene.guide.share > 0.0f ? &scene.guide.cells[path.media.counts != 0 ? 1 : 0] : nullptr;
+/// The table that guides directions at a point of the path, or null: diffuse surfaces alone have one.
+EMBRUN_FN const Distribution2D* guide_of(const PathScene& scene, const PathState& path, const Bsdf& bsdf) {
+  if (!(scene.guide.share > 0.0f) || bsdf.kind != BsdfKind::diffuse) return nullptr;
+  return &scene.guide.cells[path.media.counts != 0 ? 1 : 0];
 }
 
-/// Density with which sample_diffuse_direction draws `wi`, where the surface's own choice has density `own_pdf`.
-EMBRUN_FN float diffuse_pdf(const PathScene& scene, const Distribution2D* guide, float own_pdf, Vec3 wi) {
+/// Density with which sample_direction draws `wi`, where the surface's own choice has density `own_pdf`.
+EMBRUN_FN float direction_pdf(const PathScene& scene, const Distribution2D* guide, float own_pdf, Vec3 wi) {
   if (guide == nullptr) return own_pdf;
   return (1.0f - scene.guide.share) * own_pdf + scene.guide.share * guide_pdf(*guide, wi);
 }
 
-/// As sample_bsdf for a diffuse bsdf, some of the directions being drawn from the guide.
-EMBRUN_LOCAL_FN BsdfSample sample_diffuse_direction(const PathScene& scene, PathState& path, const Bsdf& bsdf,
-                                                    const SurfaceNormals& normals, Vec3 wo) {
+/// As sample_bsdf, some of the directions being drawn from the guide if there is one.
+EMBRUN_LOCAL_FN BsdfSample sample_direction(const PathScene& scene, PathState& path, const Bsdf& bsdf,
+                                            const SurfaceNormals& normals, Vec3 wo) {
   const SamplerKind kind = scene.settings.sampler;
-  const Sample2 u = sample_2d(kind, path.key, Dimension::bsdf_direction);
-  const Distribution2D* guide = guide_of(scene, path);
-  if (guide == nullptr) return sample_bsdf(bsdf, normals, wo, 0.0f, u);
+  const Distribution2D* guide = guide_of(scene, path, bsdf);
+  const bool chooses = bsdf.kind != BsdfKind::diffuse || guide != nullptr;
+  const float u_lobe = chooses ? sample_1d(kind, path.key, Dimension::bsdf_lobe) : 0.0f;
+  const Sample2 u = is_specular(bsdf) ? Sample2{} : sample_2d(kind, path.key, Dimension::bsdf_direction);
+  if (guide == nullptr) return sample_bsdf(bsdf, normals, wo, u_lobe, u);
 
   BsdfSample next;
-  if (sample_1d(kind, path.key, Dimension::bsdf_lobe) < scene.guide.share) {
+  if (u_lobe < scene.guide.share) {
     next.wi = sample_guide(*guide, u);
     next.pdf = pdf_bsdf(bsdf, normals, wo, next.wi);
     next.weight = bsdf.reflectance;
@@ -211,16 +214,17 @@ EMBRUN_LOCAL_FN BsdfSample sample_diffuse_direction(const PathScene& scene, Path
     next = sample_bsdf(bsdf, normals, wo, 0.0f, u);
   }
   if (!next.valid) return next;
-  const float pdf = diffuse_pdf(scene, guide, next.pdf, next.wi);
+  const float pdf = direction_pdf(scene, guide, next.pdf, next.wi);
   path.guide_factor *= next.pdf / pdf;
   next.weight *= next.pdf / pdf;
   next.pdf = pdf;
   return next;
 }
 
-/// Draws light for a diffuse point and fills in the ray that finds out whether it arrives. False: none does.
+/// Draws light for a point that scatters into more than single directions, and fills in the ray that finds out whether it
+/// arrives. `behind` are the media across the surface. False: no light arrives.
 EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
-                                  const SurfaceNormals& normals, ShadowRay& shadow) {
+                                  const SurfaceNormals& normals, const MediaState& behind, ShadowRay& shadow) {
   const PathSettings& settings = scene.settings;
   if (settings.lights == LightStrategy::bsdf_only || scene.lights.count == 0) return false;
   const Vec3 wo = -path.ray.direction;
@@ -229,20 +233,21 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
       sample_lights(scene.lights, origin, sample_1d(settings.sampler, path.key, Dimension::light_choice),
                     sample_2d(settings.sampler, path.key, Dimension::light_position));
   if (!light.valid || !(light.pdf > 0.0f)) return false;
+  // Rough glass is lit from across as well.
+  const bool across = dot(wo, normals.geometric) * dot(light.direction, normals.geometric) < 0.0f;
+  shadow.media = across ? behind : path.media;
   shadow.straight = goes_straight(settings, path);
   // No light from infinity gets into a refracting medium but by refraction, which shadow rays don't do.
-  const bool enclosed = scene.media[path.media.current()].ior != scene.media[0].ior;
+  const bool enclosed = scene.media[shadow.media.current()].ior != scene.media[0].ior;
   if (enclosed && !shadow.straight && !(light.distance < infinity)) return false;
 
-  const float scatter_pdf = pdf_bsdf(bsdf, normals, wo, light.direction);
-  if (!(scatter_pdf > 0.0f)) return false;
-  const float other_pdf = diffuse_pdf(scene, guide_of(scene, path), scatter_pdf, light.direction);
+  const BsdfValue scatter = evaluate_bsdf(bsdf, normals, wo, light.direction);
+  if (!(scatter.pdf > 0.0f)) return false;
+  const float other_pdf = direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction);
   const float weight = settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, other_pdf) : 1.0f;
-  shadow.contribution =
-      path.throughput * eval_bsdf(bsdf, normals, wo, light.direction) * light.radiance * (weight / light.pdf);
-  shadow.media = path.media;
+  shadow.contribution = path.throughput * scatter.value * light.radiance * (weight / light.pdf);
   shadow.ray = path.ray;
-  shadow.ray.origin = origin;
+  shadow.ray.origin = across ? leave_surface(hit, light.direction) : origin;
   shadow.ray.direction = light.direction;
   shadow.ray.clearance = {};
   shadow.ray.t_min = 0.0f;
@@ -272,7 +277,8 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   const SurfaceNormals normals{hit.surface.geometric_normal, hit.surface.shading_normal};
   const bool from_front = dot(wo, normals.geometric) >= 0.0f;
   const float relative_index = scene.media[behind.current()].ior / scene.media[path.media.current()].ior;
-  const Bsdf bsdf = bsdf_at(scene.materials[hit.material], hit.surface.position, from_front, relative_index);
+  const Bsdf bsdf = bsdf_at(material_seen(scene.materials, hit.material, from_front),
+                            {hit.surface.position, hit.uv, hit.tangent}, from_front, relative_index);
   path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
 
   // Features of the picture.
@@ -284,14 +290,12 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   const bool specular = is_specular(bsdf);
   if (!path.has_albedo && !specular) {
     path.has_albedo = true;
-    path.albedo = bsdf.reflectance;
+    path.albedo = albedo_of(bsdf);
   }
 
-  const bool lit = !specular && sample_light(scene, path, hit, bsdf, normals, shadow);
+  const bool lit = !specular && sample_light(scene, path, hit, bsdf, normals, behind, shadow);
 
-  const BsdfSample next =
-      specular ? sample_bsdf(bsdf, normals, wo, sample_1d(scene.settings.sampler, path.key, Dimension::bsdf_lobe), {})
-               : sample_diffuse_direction(scene, path, bsdf, normals, wo);
+  const BsdfSample next = sample_direction(scene, path, bsdf, normals, wo);
   counters.bends += next.bent;
   ++counters.scatterings;
   if (!next.valid || is_black(next.weight)) {
@@ -350,7 +354,7 @@ EMBRUN_LOCAL_FN Rgb trace_shadow_ray(const PathScene& scene, const Intersector& 
       const MediaState behind = media_behind(intersector, ray, hit, shadow.media, counters);
       const int beyond = behind.current();
       const bool matched = scene.media[shadow.media.current()].ior == scene.media[beyond].ior;
-      if (!hole && (material.kind != BsdfKind::dielectric || !(matched || shadow.straight))) return {};
+      if (!hole && (!is_interface(material.kind) || !(matched || shadow.straight))) return {};
       if (!matched) light *= radiance_factor(scene, shadow.media.current(), beyond);
       shadow.media = behind;
     }

@@ -15,6 +15,8 @@ struct SceneHit {
   std::uint8_t media_class = 0;  ///< class of the medium inside; 0: it has no inside
   /// How far off the surface, along its geometric normal, a new ray has to start to be safely on its side, metres.
   float offset = 0;
+  Vec2 uv;       ///< the geometry's coordinates; 0 unless the material needs them
+  Vec3 tangent;  ///< where u grows, not normalised; 0 unless the material needs it
 };
 
 }  // namespace embrun

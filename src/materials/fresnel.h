@@ -1,6 +1,6 @@
 #pragma once
 
-#include "math/vec.h"
+#include "math/rgb.h"
 
 namespace embrun {
 
@@ -25,6 +25,24 @@ EMBRUN_FN FresnelResult fresnel_dielectric(float cos_incident, float relative_in
   const float r_s = (cos_incident - m * cos_t) / s_sum;
   const float r_p = (m * cos_incident - cos_t) / (m * cos_incident + cos_t);
   return {min_of(0.5f * (r_s * r_s + r_p * r_p), 1.0f), cos_t};
+}
+
+/// Exact Fresnel reflectance of a metal of complex index eta + i k, relative to the medium before it, for unpolarised
+/// light [BornWolf1999], section 14.2, each channel on its own. `cos_incident` in [0, 1]; eta and k not both 0.
+EMBRUN_FN float fresnel_conductor(float cos_incident, float eta, float k) {
+  const float cos2 = cos_incident * cos_incident, sin2 = 1.0f - cos2;
+  // a + i b is the refracted wave's normal component, n cos of the complex angle.
+  const float real = eta * eta - k * k - sin2;
+  const float size = sqrtf(real * real + 4.0f * eta * eta * k * k);  // a^2 + b^2
+  const float a = sqrtf(max_of(0.5f * (size + real), 0.0f));
+  const float r_s = (size + cos2 - 2.0f * a * cos_incident) / (size + cos2 + 2.0f * a * cos_incident);
+  const float p = cos2 * size + sin2 * sin2, q = 2.0f * a * cos_incident * sin2;
+  const float r_p = p + q > 0.0f ? r_s * (p - q) / (p + q) : r_s;
+  return min_of(0.5f * (r_s + r_p), 1.0f);
+}
+EMBRUN_FN Rgb fresnel_conductor(float cos_incident, Rgb eta, Rgb k) {
+  return {fresnel_conductor(cos_incident, eta.r, k.r), fresnel_conductor(cos_incident, eta.g, k.g),
+          fresnel_conductor(cos_incident, eta.b, k.b)};
 }
 
 /// Mirror image of `w` about `n`; both point away from the surface, and so does the result.

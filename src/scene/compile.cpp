@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "scene/compile_materials.h"
 #include "scene/wall_contact.h"
 
 namespace embrun {
@@ -146,6 +147,7 @@ class Compiler {
     flat_.bounds.include(local(bounds.high));
     radius_ = 0.5 * length(bounds.high - bounds.low);
     collect_media();
+    for (const PictureDescription& picture : scene_.pictures) flat_.pictures.push_back(picture.image);
     for (const FluidDescription& fluid : scene_.fluids) add(fluid);
     for (const BallsDescription& balls : scene_.balls) add(balls);
     for (const BoxDescription& box : scene_.boxes) add(box);
@@ -174,32 +176,12 @@ class Compiler {
     flat_.media = classes_.sort();
   }
 
-  std::uint32_t add_material(const MaterialDescription& description) {
-    Material material;
-    material.kind = description.kind;
-    material.one_sided = description.one_sided;
-    const TextureDescription& texture = description.reflectance;
-    material.reflectance.kind = texture.kind;
-    material.reflectance.first = texture.first;
-    material.reflectance.second = texture.second;
-    material.reflectance.axis_u = static_cast<std::uint8_t>(texture.axis_u);
-    material.reflectance.axis_v = static_cast<std::uint8_t>(texture.axis_v);
-    material.reflectance.cell = static_cast<float>(texture.cell);
-    // The pattern repeats every two cells: the corner nearest to the middle keeps the precision far from the origin.
-    const double period = 2 * texture.cell;
-    const Vec3d corner = texture.origin - flat_.recentring;
-    const auto near_middle = [&](double c) { return c - period * std::round(c / period); };
-    material.reflectance.origin = to_float({near_middle(corner.x), near_middle(corner.y), near_middle(corner.z)});
-    flat_.materials.push_back(material);
-    return static_cast<std::uint32_t>(flat_.materials.size() - 1);
-  }
-
   Instance make_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {
     Instance instance;
     instance.kind = kind;
     instance.geometry = static_cast<std::uint32_t>(geometry);
     instance.media_class = classes_.class_of(material);
-    instance.material = add_material(material);
+    instance.material = add_material(material, flat_);
     return instance;
   }
 

@@ -90,6 +90,7 @@ struct FlatScene {
   std::vector<MeshRange> meshes;
   std::vector<Vec3> mesh_positions, mesh_normals;
   std::vector<MeshTriangle> mesh_triangles;
+  std::vector<Image> pictures;  ///< owners of what textures view
   std::vector<Material> materials;
   std::vector<Medium> media;     ///< by class; [0] is the air
   EnvironmentImage environment;  ///< owner of what the lights view

@@ -88,7 +88,6 @@ void check_principled(const PrincipledDescription& p, const std::string& what) {
 void check_bsdf(const MaterialDescription& material, std::size_t pictures, const std::string& what) {
   using enum BsdfKind;
   const BsdfKind kind = material.kind;
-  require(kind <= conductor && material.back.empty(), "{}: this kind of material is not there yet", what);
   const bool conducts = kind == conductor || kind == rough_conductor;
   const bool rough = kind == rough_conductor || kind == rough_dielectric;
   if (conducts || kind == diffuse || kind == plastic || kind == principled)
@@ -219,7 +218,8 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   for (std::size_t i = 0; i < fluid.radii.size(); ++i)
     require(fluid.radii[i] > 0 && finite(fluid.radii[i]), "{}: the radius {} of particle {} is not positive", what,
             fluid.radii[i], i);
-  require(fluid.material.kind != BsdfKind::null, "{}: its material is none that a surface can have", what);
+  require(fluid.material.kind != BsdfKind::null && fluid.material.kind != BsdfKind::thin_dielectric,
+          "{}: its material is none that a surface can have", what);
   check_material(fluid.material, pictures, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");

@@ -198,21 +198,65 @@ TEST(NullBsdf, GoesStraightOn) {
 }
 
 TEST(ConductorBsdf, MirrorsWithItsColour) {
+  BsdfParameters metal;
+  metal.eta = {0, 0.2f, 1.5f};
+  metal.k = {1, 3, 4};
   Bsdf b;
   b.kind = BsdfKind::conductor;
   b.reflectance = {0.9f, 0.6f, 0.3f};
+  b.parameters = &metal;
   const Vec3 n{0, 0, 1};
   const BsdfSample s = sample_bsdf(b, {n, n}, n, 0.5f, {});
   EXPECT_EQ(s.wi, n);
-  EXPECT_EQ(s.weight, b.reflectance);
-  // Schlick: F0 + (1 - F0)(1 - cos)^5; at 60 degrees (1/2)^5.
+  // ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2) at normal incidence.
+  EXPECT_NEAR(s.weight.r, 0.9, 1e-6);
+  EXPECT_NEAR(s.weight.g, 0.6 * 9.64 / 10.44, 1e-6);
+  EXPECT_NEAR(s.weight.b, 0.3 * 16.25 / 22.25, 1e-6);
   const BsdfSample oblique = sample_bsdf(b, {n, n}, {std::sqrt(0.75f), 0, 0.5f}, 0.5f, {});
-  EXPECT_NEAR(oblique.weight.b, 0.3 + 0.7 / 32, 1e-6);
+  EXPECT_NEAR(oblique.weight.r, 0.9, 1e-6);
   EXPECT_LT(length(oblique.wi - Vec3{-std::sqrt(0.75f), 0, 0.5f}), 1e-6);
 }
 
+// One face of index 1.5 reflects 0.04 at normal incidence; a sheet's two faces 2 R / (1 + R) = 1/13. Nothing is lost, and
+// nothing is bent.
+TEST(ThinDielectricBsdf, ReflectsWithBothFaces) {
+  BsdfParameters clear;
+  Bsdf b;
+  b.kind = BsdfKind::thin_dielectric;
+  b.relative_index = 1.5f;
+  b.parameters = &clear;
+  const Vec3 n{0, 0, 1};
+  for (const Vec3 wo : {n, -n}) {
+    const BsdfSample reflected = sample_bsdf(b, {n, n}, wo, 0.0768f, {});
+    EXPECT_FALSE(reflected.transmitted);
+    EXPECT_NEAR(reflected.pdf, 1.0 / 13, 1e-6);
+    EXPECT_EQ(reflected.weight, grey(1));
+    EXPECT_EQ(reflected.wi, wo);
+    const BsdfSample through = sample_bsdf(b, {n, n}, wo, 0.0770f, {});
+    EXPECT_TRUE(through.transmitted && through.specular);
+    EXPECT_NEAR(through.pdf, 12.0 / 13, 1e-6);
+    EXPECT_EQ(through.weight, grey(1));
+    EXPECT_EQ(through.wi, -wo);
+  }
+  clear.specular_reflectance = {0.5f, 1, 1};
+  clear.specular_transmittance = {1, 0.25f, 1};
+  EXPECT_EQ(sample_bsdf(b, {n, n}, n, 0, {}).weight, (Rgb{0.5f, 1, 1}));
+  EXPECT_EQ(sample_bsdf(b, {n, n}, n, 0.9f, {}).weight, (Rgb{1, 0.25f, 1}));
+}
+
+TEST(DielectricBsdf, IsTintedByItsFactors) {
+  BsdfParameters tints;
+  tints.specular_reflectance = {0.5f, 1, 1};
+  tints.specular_transmittance = {1, 0.25f, 1};
+  Bsdf b = water(1.33f);
+  b.parameters = &tints;
+  const Vec3 n{0, 0, 1};
+  EXPECT_EQ(sample_bsdf(b, {n, n}, n, 0, {}).weight, (Rgb{0.5f, 1, 1}));
+  EXPECT_NEAR(sample_bsdf(b, {n, n}, n, 0.9f, {}).weight.g, 0.25 / (1.33 * 1.33), 1e-6);
+}
+
 TEST(SpecularBsdfs, HaveNoDensity) {
-  for (const BsdfKind kind : {BsdfKind::null, BsdfKind::dielectric, BsdfKind::conductor}) {
+  for (const BsdfKind kind : {BsdfKind::null, BsdfKind::dielectric, BsdfKind::conductor, BsdfKind::thin_dielectric}) {
     Bsdf b;
     b.kind = kind;
     b.reflectance = grey(1);

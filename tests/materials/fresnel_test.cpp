@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <random>
 
 namespace embrun {
@@ -92,6 +93,34 @@ TEST(Fresnel, MatchedIndicesPassEverythingStraight) {
     const float c = dot(w, n);
     EXPECT_EQ(refract_through(w, n, c, fresnel_dielectric(c, 1).cos_transmitted, 1), -w);
   }
+}
+
+/// Amplitudes with a complex angle of refraction.
+double complex_reflectance(double cosine, std::complex<double> index) {
+  const std::complex<double> sine = std::sqrt(1 - cosine * cosine) / index, t = std::sqrt(1.0 - sine * sine);
+  const std::complex<double> rs = (cosine - index * t) / (cosine + index * t);
+  const std::complex<double> rp = (index * cosine - t) / (index * cosine + t);
+  return 0.5 * (std::norm(rs) + std::norm(rp));
+}
+
+TEST(Fresnel, ConductorsAgreeWithComplexAmplitudes) {
+  for (const auto& [eta, k] : {std::pair{0.2f, 3.0f}, {1.5f, 7.0f}, {0.05f, 0.4f}, {2.5f, 0.0f}, {0.0f, 2.0f}})
+    for (int i = 1; i <= 50; ++i) {
+      const float cosine = static_cast<float>(i) / 50;
+      EXPECT_NEAR(fresnel_conductor(cosine, eta, k), complex_reflectance(cosine, {eta, k}), 2e-5)
+          << eta << " + i " << k << ", " << cosine;
+    }
+  EXPECT_EQ(fresnel_conductor(0.0f, 0.2f, 3.0f), 1.0f);
+  EXPECT_EQ(fresnel_conductor(0.0f, 0.0f, 1.0f), 1.0f);
+}
+
+// Without absorption it is a dielectric, total reflection included.
+TEST(Fresnel, ConductorWithoutAbsorptionIsADielectric) {
+  for (const float index : {1.33f, 1 / 1.33f})
+    for (int i = 1; i <= 50; ++i) {
+      const float cosine = static_cast<float>(i) / 50;
+      EXPECT_NEAR(fresnel_conductor(cosine, index, 0), fresnel_dielectric(cosine, index).reflectance, 1e-4);
+    }
 }
 
 // Snell's law: the tangential part of the direction shrinks by the relative index, and the plane is kept.

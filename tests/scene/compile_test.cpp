@@ -63,7 +63,7 @@ TEST(Compile, ACheckerboardFarAwayKeepsItsPattern) {
     const Vec3d world = floor.center + Vec3d{0.037 * i - 3.5, 0, 0.029 * i - 2.9};
     const auto cell = [](double c) { return static_cast<long>(std::floor(c / 0.25)); };
     const bool light = (cell(world.x) + cell(world.z)) % 2 == 0;
-    EXPECT_EQ(evaluate_texture(texture, to_float(world - flat.recentring)).r, light ? 1.0f : 0.0f) << i;
+    EXPECT_EQ(evaluate_texture(texture, to_float(world - flat.recentring), {}).r, light ? 1.0f : 0.0f) << i;
   }
 }
 

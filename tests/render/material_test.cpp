@@ -1,0 +1,135 @@
+// Materials in whole paths: furnaces, and the three ways of sampling lights that must agree.
+
+#include <gtest/gtest.h>
+
+#include "render/transport.h"
+
+namespace embrun {
+namespace {
+
+using namespace testing_support;
+
+MaterialDescription plastic(Rgb base, bool nonlinear = true) {
+  MaterialDescription m;
+  m.kind = BsdfKind::plastic;
+  m.reflectance.first = base;
+  m.ior = 1.5;
+  m.nonlinear = nonlinear;
+  return m;
+}
+
+MaterialDescription rough_glass(double alpha) {
+  MaterialDescription m = dielectric_material(1.5);
+  m.kind = BsdfKind::rough_dielectric;
+  m.roughness.first = grey(static_cast<float>(alpha));
+  return m;
+}
+
+MaterialDescription rough_gold(double alpha) {
+  MaterialDescription m = conductor_material({0.14f, 0.37f, 1.44f}, {3.98f, 2.38f, 1.6f});
+  m.kind = BsdfKind::rough_conductor;
+  m.roughness.first = grey(static_cast<float>(alpha));
+  return m;
+}
+
+MaterialDescription principled(double spec_trans) {
+  MaterialDescription m;
+  m.kind = BsdfKind::principled;
+  m.ior = 1.5;
+  m.reflectance.first = {0.8f, 0.5f, 0.3f};
+  m.roughness.first = grey(0.5f);
+  m.principled.spec_trans = spec_trans;
+  m.principled.clearcoat = 0.5;
+  m.principled.sheen = 0.3;
+  return m;
+}
+
+MaterialDescription thin_glass() {
+  MaterialDescription m;
+  m.kind = BsdfKind::thin_dielectric;
+  m.ior = 1.5;
+  return m;
+}
+
+Measured ball_in_furnace(const MaterialDescription& material, int samples = 500) {
+  SceneDescription scene = scene_seen({0, 0, 3}, {0, 0, 0}, 45, 8, samples);
+  scene.balls.push_back(balls({{{0, 0, 0}, 1}}, material));
+  return render_and_measure(scene);
+}
+
+// What loses nothing is invisible in a furnace: plastic with a white base, sheets of glass, perfect mirrors.
+TEST(Materials, WithoutLossesAreInvisibleInAFurnace) {
+  for (const MaterialDescription& material : {plastic({1, 1, 1}), thin_glass(), conductor_material()}) {
+    const Measured m = ball_in_furnace(material);
+    EXPECT_NEAR(m.mean, 1, 4 * m.standard_error + 1e-5);
+    EXPECT_EQ(m.counters.contradictions, 0u);
+    EXPECT_EQ(m.bad, 0u);
+  }
+}
+
+// Rough glass loses a little to what its facets hide, and adds nothing.
+TEST(Materials, RoughGlassLosesLittleInAFurnace) {
+  const Measured m = ball_in_furnace(rough_glass(0.1), 2000);
+  EXPECT_LT(m.mean, 1 + 4 * m.standard_error);
+  EXPECT_GT(m.mean, 0.96);
+  EXPECT_EQ(m.counters.contradictions, 0u);
+}
+
+// A sheet seen from either side: its front reflects 0.8 of a furnace's light, its back 0.3.
+TEST(Materials, HaveAnotherBack) {
+  for (const double side : {1.0, -1.0}) {
+    SceneDescription scene = scene_seen({0, side, 0}, {0, 0, 0}, 20, 4, 50);
+    MaterialDescription sheet = diffuse_material(grey(0.8f));
+    sheet.back.push_back(diffuse_material(grey(0.3f)));
+    scene.patches.push_back(patch({0, 0, 0}, {1, 0, 0}, {0, 0, -1}, 50, sheet));
+    EXPECT_NEAR(render_and_measure(scene, LightStrategy::bsdf_only).mean, side > 0 ? 0.8 : 0.3, 1e-5);
+  }
+}
+
+// A lamp over a floor and a ball, under a weak sky.
+SceneDescription lit_ball(const MaterialDescription& ball, const MaterialDescription& floor) {
+  SceneDescription scene = scene_seen({0.2, 1.2, 2.6}, {0, 0.4, 0}, 40, 8, 1500);
+  scene.environment.constant = grey(0.2f);
+  scene.patches.push_back(patch({0, 0, 0}, {1, 0, 0}, {0, 0, -1}, 1.5, floor));
+  scene.balls.push_back(balls({{{0, 0.5, 0}, 0.45}}, ball));
+  LightDescription lamp;
+  lamp.position = {-0.4, 1.9, -0.4};
+  lamp.edge_u = {0.8, 0, 0};
+  lamp.edge_v = {0, 0, 0.8};
+  lamp.radiance = grey(4);
+  scene.lights.push_back(lamp);
+  return scene;
+}
+
+struct NamedMaterial {
+  const char* name;
+  MaterialDescription material;
+};
+void PrintTo(const NamedMaterial& m, std::ostream* os) { *os << m.name; }
+
+class MaterialStrategies : public ::testing::TestWithParam<NamedMaterial> {};
+
+// All that scatters round about is lit from wherever lights are, through its surface as well: drawing directions,
+// drawing lights, or both, give one picture. What plastic's coat mirrors is met by direction in all three.
+TEST_P(MaterialStrategies, Agree) {
+  const SceneDescription scene = lit_ball(GetParam().material, diffuse_material(grey(0.6f)));
+  const Measured mis = render_and_measure(scene);
+  const Measured bsdf = render_and_measure(scene, LightStrategy::bsdf_only);
+  const Measured lights = render_and_measure(scene, LightStrategy::lights_only);
+  EXPECT_NEAR(mis.mean, bsdf.mean, 4 * std::hypot(mis.standard_error, bsdf.standard_error));
+  EXPECT_NEAR(mis.mean, lights.mean, 4 * std::hypot(mis.standard_error, lights.standard_error));
+  EXPECT_LT(mis.standard_error, bsdf.standard_error);
+  EXPECT_LT(mis.standard_error, 0.02 * mis.mean);
+  EXPECT_EQ(mis.bad, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MaterialStrategies,
+                         ::testing::Values(NamedMaterial{"plastic", plastic({0.7f, 0.4f, 0.2f})},
+                                           NamedMaterial{"rough_glass", rough_glass(0.3)},
+                                           NamedMaterial{"rough_gold", rough_gold(0.3)},
+                                           NamedMaterial{"principled", principled(0)},
+                                           NamedMaterial{"principled_glass", principled(0.7)}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace embrun
