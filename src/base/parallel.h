@@ -20,6 +20,7 @@
 #else
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 #endif
 
 namespace embrun {
@@ -49,6 +50,11 @@ void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
   if (failure) std::rethrow_exception(failure);
 }
 
+template <class Container>
+void parallel_sort(Container& values) {
+  std::sort(values.begin(), values.end());
+}
+
 #else
 
 /// Calls body(begin, end) over pieces of [0, count) on the worker threads of the enclosing TBB arena.
@@ -58,6 +64,12 @@ template <class Body>
 void parallel_for(std::size_t count, std::size_t grain, const Body& body) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
                     [&](const tbb::blocked_range<std::size_t>& piece) { body(piece.begin(), piece.end()); });
+}
+
+/// Sorts by <; equal values may change places.
+template <class Container>
+void parallel_sort(Container& values) {
+  tbb::parallel_sort(values.begin(), values.end());
 }
 
 #endif

@@ -11,25 +11,43 @@ struct Ball {
   float radius = 0;
 };
 
-/// First crossing of the ball's surface with t in (t_min, t_max); false leaves `hit` alone.
-/// The quadratic is solved about the point of the ray nearest to the centre, so that far or small
-/// balls keep their precision (Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection").
-EMBRUN_FN bool intersect_ball(const Ball& ball, const Ray& ray, SurfaceHit& hit) {
-  const Vec3 to_center = ball.center - ray.origin;
-  const float t_middle = dot(to_center, ray.direction);
-  const float half_chord_squared = square(ball.radius) - length_squared(to_center - t_middle * ray.direction);
-  if (!(half_chord_squared > 0.0f)) return false;
-  const float half_chord = sqrtf(half_chord_squared);
-  float t = t_middle - half_chord;
-  const bool entering = t > ray.t_min;
-  if (!entering) t = t_middle + half_chord;
-  if (!(t > ray.t_min && t < ray.t_max)) return false;
+inline constexpr int balls_per_block = 8;
+
+/// Balls side by side, for loops over all of them at once. A lane of radius 0 stands for none and is never met.
+struct BallBlock {
+  float x[balls_per_block], y[balls_per_block], z[balls_per_block];
+  float radius[balls_per_block];
+
+  EMBRUN_FN Ball ball(std::uint32_t lane) const { return {{x[lane], y[lane], z[lane]}, radius[lane]}; }
+};
+
+/// The line of a ray against each ball of a block: the parameter nearest to the centre, and the square of half the length
+/// in the ball (not positive: it is missed). The quadratic is solved about that nearest point, so that far or small
+/// balls keep their precision [Haines2019].
+struct BlockChords {
+  float middle[balls_per_block], half_squared[balls_per_block];
+};
+
+EMBRUN_FN void chords_of(const BallBlock& block, const Ray& ray, BlockChords& chords) {
+  const Vec3 o = ray.origin, d = ray.direction;
+  for (int i = 0; i < balls_per_block; ++i) {
+    const float x = block.x[i] - o.x, y = block.y[i] - o.y, z = block.z[i] - o.z;
+    const float t = x * d.x + y * d.y + z * d.z;
+    const float across_x = x - t * d.x, across_y = y - t * d.y, across_z = z - t * d.z;
+    chords.middle[i] = t;
+    chords.half_squared[i] =
+        block.radius[i] * block.radius[i] - (across_x * across_x + across_y * across_y + across_z * across_z);
+  }
+}
+
+/// The crossing of a ball's surface at `t`, put exactly on the ball.
+EMBRUN_FN void fill_ball_hit(const Ball& ball, const Ray& ray, float t, bool entering, SurfaceHit& hit) {
   hit.t = t;
   hit.geometric_normal = normalize(ray.at(t) - ball.center);
   hit.position = ball.center + hit.geometric_normal * ball.radius;
   hit.shading_normal = hit.geometric_normal;
   hit.entering = entering;
-  return true;
+  hit.reach = 0;
 }
 
 EMBRUN_FN bool ball_contains(const Ball& ball, Vec3 point) {

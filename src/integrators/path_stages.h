@@ -95,7 +95,7 @@ EMBRUN_FN void add_met_light(const PathScene& scene, PathState& path, const Ligh
 }
 
 /// A boundary as the media counters see it; class 0 (an opaque surface, a hole) is none.
-EMBRUN_FN MediaBoundary boundary_of(const SceneHit& hit) { return {hit.media_class, hit.fluid, hit.surface.entering}; }
+EMBRUN_FN MediaBoundary boundary_of(const SceneHit& hit) { return {hit.media_class, hit.solid, hit.surface.entering}; }
 
 /// The media behind a boundary as they are, once the path's own are put right if they contradict it.
 template <class Intersector>

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "scene/compile_materials.h"
+#include "scene/pack_balls.h"
 #include "scene/wall_contact.h"
 
 namespace embrun {
@@ -149,10 +150,11 @@ class Compiler {
     collect_media();
     for (const PictureDescription& picture : scene_.pictures) flat_.pictures.push_back(picture.image);
     for (const FluidDescription& fluid : scene_.fluids) add(fluid);
-    for (const BallsDescription& balls : scene_.balls) add(balls);
+    add_balls();
     for (const BoxDescription& box : scene_.boxes) add(box);
     for (const PatchDescription& patch : scene_.patches) add(patch);
     for (const MeshDescription& mesh : scene_.meshes) add(mesh);
+    finish_solids();
     add_lights();
     flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
     flat_.integrator = scene_.integrator;
@@ -221,7 +223,9 @@ class Compiler {
     FluidGeometry geometry;
     if (fluid.container) {
       geometry.clipped = true;
-      const Box3d box = without_contact(*fluid.container, fluid);
+      Box3d box = without_contact(*fluid.container, fluid);
+      const Vec3d overlap = fluid.wall_overlap * Vec3d{1, 1, 1};
+      box = {box.low - overlap, box.high + overlap};
       geometry.clip = {to_float(box.low - center), to_float(box.high - center)};
     }
     if (fluid.method == SurfaceMethod::thesis) {
@@ -237,6 +241,7 @@ class Compiler {
 
     Instance& instance = add_instance(GeometryKind::fluid, flat_.fluids.size() - 1, fluid.material);
     instance.fluid = static_cast<std::int16_t>(flat_.fluids.size() - 1);
+    instance.solid = static_cast<std::int8_t>(instance.fluid);
     set_placement(instance, fluid.placement, center);
     // Crossings are found to 2e-4 of a radius.
     instance.offset = 3e-4f * fluid.surface.radius * static_cast<float>(largest_scale(fluid.placement));
@@ -262,21 +267,58 @@ class Compiler {
     return box;
   }
 
-  void add(const BallsDescription& set) {
-    if (set.balls.empty()) return;
-    BallRange range;
-    range.first = static_cast<std::uint32_t>(flat_.balls.size());
-    range.count = static_cast<std::uint32_t>(set.balls.size());
+  /// Sets of one material become one.
+  void add_balls() {
+    std::vector<bool> taken(scene_.balls.size());
+    for (std::size_t i = 0; i < scene_.balls.size(); ++i) {
+      if (taken[i]) continue;
+      std::vector<Ball> balls;
+      for (std::size_t j = i; j < scene_.balls.size(); ++j) {
+        if (scene_.balls[j].material != scene_.balls[i].material) continue;
+        taken[j] = true;
+        collect(scene_.balls[j], balls);
+      }
+      if (!balls.empty()) add(balls, scene_.balls[i].material);
+    }
+  }
+
+  void collect(const BallsDescription& set, std::vector<Ball>& balls) const {
     for (const BallDescription& description : set.balls) {
       const Ball ball{local(description.center), static_cast<float>(description.radius)};
-      flat_.balls.push_back(ball);
-      // A little more than the balls, for the rounding of the test against the box.
-      const float reach = ball.radius * 1.0001f + 1e-6f * static_cast<float>(radius_);
-      range.bounds.include(ball.center - Vec3{reach, reach, reach});
-      range.bounds.include(ball.center + Vec3{reach, reach, reach});
+      // Balls that are small against the rounding of positions on them are as good as none.
+      if (ball.radius > 16.0f * ball_offset(ball.center, 0.0f)) balls.push_back(ball);
     }
+  }
+
+  void add(const std::vector<Ball>& balls, const MaterialDescription& material) {
+    const std::vector<BallBlock> blocks = pack_balls(balls);
+    BallRange range;
+    range.first = static_cast<std::uint32_t>(flat_.ball_blocks.size());
+    range.count = static_cast<std::uint32_t>(blocks.size());
+    flat_.ball_blocks.insert(flat_.ball_blocks.end(), blocks.begin(), blocks.end());
+    double sum = 0;
+    for (const Ball& ball : balls) {
+      sum += static_cast<double>(ball.radius);
+      range.slack = std::max(range.slack, ball_offset({}, ball.radius));
+    }
+    range.step = static_cast<float>(2 * sum / static_cast<double>(balls.size()));
     flat_.ball_ranges.push_back(range);
-    add_instance(GeometryKind::balls, flat_.ball_ranges.size() - 1, set.material);
+    add_instance(GeometryKind::balls, flat_.ball_ranges.size() - 1, material).offset = range.slack;
+  }
+
+  /// Numbers the solids of balls after the fluids, and tells the balls how far rays start off the other surfaces.
+  void finish_solids() {
+    int solids = static_cast<int>(flat_.fluids.size());
+    float slack = 0;
+    for (const Instance& instance : flat_.instances) slack = std::max(slack, instance.offset);
+    for (Instance& instance : flat_.instances) {
+      if (instance.kind != GeometryKind::balls) continue;
+      flat_.ball_ranges[instance.geometry].slack = slack;
+      if (instance.media_class == 0) continue;
+      if (solids == max_solids)
+        throw Error(fmt::format("more than {} fluids and sets of transparent balls in all", max_solids));
+      instance.solid = static_cast<std::int8_t>(solids++);
+    }
   }
 
   void add(const BoxDescription& box) {
@@ -387,7 +429,7 @@ SceneView FlatScene::view() const {
   v.instance_count = static_cast<int>(instances.size());
   v.fluids = fluids.data();
   v.ball_ranges = ball_ranges.data();
-  v.balls = balls.data();
+  v.ball_blocks = ball_blocks.data();
   v.boxes = boxes.data();
   v.patches = patches.data();
   v.meshes = meshes.data();

@@ -6,6 +6,7 @@
 
 #include "camera/camera.h"
 #include "geometry/ball.h"
+#include "geometry/ball_set.h"
 #include "geometry/box.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
@@ -27,6 +28,7 @@ struct Instance {
   GeometryKind kind = GeometryKind::patch;
   std::uint8_t media_class = 0;  ///< of the inside; 0: opaque or without inside
   std::int16_t fluid = -1;       ///< number of the instance among those of fluids, or -1
+  std::int8_t solid = -1;        ///< its number in MediaState, or -1: its side is not followed
   std::uint32_t geometry = 0;    ///< index into the array of its kind
   std::uint32_t material = 0;
   std::int32_t light = -1;  ///< an emitting mesh's light, or -1
@@ -41,10 +43,11 @@ struct FluidGeometry {
   Box3 clip;
 };
 
-/// A stretch of FlatScene::balls, and its bounds.
+/// A stretch of FlatScene::ball_blocks: the balls of one material.
 struct BallRange {
   std::uint32_t first = 0, count = 0;
-  Box3 bounds;
+  float slack = 0;  ///< see BallSet
+  float step = 0;   ///< a usual ball's diameter, metres
 };
 
 /// Stretches of the mesh arrays; triangles index into the whole position array.
@@ -65,7 +68,7 @@ struct SceneView {
   int instance_count = 0;
   const FluidGeometry* fluids = nullptr;
   const BallRange* ball_ranges = nullptr;
-  const Ball* balls = nullptr;
+  const BallBlock* ball_blocks = nullptr;
   const Box3* boxes = nullptr;
   const Patch* patches = nullptr;
   const MeshRange* meshes = nullptr;
@@ -84,7 +87,7 @@ struct FlatScene {
   std::vector<std::unique_ptr<ThesisSurface>> thesis_surfaces;
   std::vector<FluidGeometry> fluids;
   std::vector<BallRange> ball_ranges;
-  std::vector<Ball> balls;
+  std::vector<BallBlock> ball_blocks;
   std::vector<Box3> boxes;
   std::vector<Patch> patches;
   std::vector<MeshRange> meshes;

@@ -43,6 +43,8 @@ struct FluidDescription {
   /// Fluid that lies at a face of the container wets it: solvers keep particles up to two radii from a wall, and the
   /// gap is closed by mirror images of the particles behind the face.
   bool wets_container = true;
+  /// Metres by which the fluid's flat faces lie outside the container's: within walls of a higher priority, which end it.
+  double wall_overlap = 0;
   Placement placement;
   /// What its particles do to light inside its surface, besides the material's absorption and scattering. The surface's
   /// material must be a dielectric; the placement must keep balls balls.
@@ -59,7 +61,8 @@ struct BallDescription {
   bool operator==(const BallDescription&) const = default;
 };
 
-/// Balls on their own. Those of one dielectric that overlap are one solid.
+/// Balls on their own; one of radius 0 is not there. Those of one material that has an inside are one solid where they
+/// overlap. Sets of equal materials are one set.
 struct BallsDescription {
   std::vector<BallDescription> balls;
   MaterialDescription material;

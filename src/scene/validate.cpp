@@ -223,6 +223,8 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   check_material(fluid.material, pictures, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
+  require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap), "{}: overlap with walls of {} m is negative or not finite",
+          what, fluid.wall_overlap);
   if (!fluid.medium) return;
   require(has_inside(fluid.material), "{}: its particles scatter light, but no light gets through its surface", what);
   require(keeps_balls(fluid.placement), "{}: its particles scatter light as balls, which the placement distorts", what);
@@ -302,8 +304,8 @@ void validate(const SceneDescription& scene) {
     const std::string what = numbered("set of balls", i);
     check_material(scene.balls[i].material, pictures, what);
     for (const BallDescription& ball : scene.balls[i].balls)
-      require(finite(ball.center) && ball.radius > 0 && finite(ball.radius),
-              "{}: a ball of radius {} is not positive or not finite", what, ball.radius);
+      require(finite(ball.center) && ball.radius >= 0 && finite(ball.radius),
+              "{}: a ball of radius {} is negative or not finite", what, ball.radius);
   }
   for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
     check_box(scene.boxes[i].box, numbered("box", i));

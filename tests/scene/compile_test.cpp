@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "scene/pack_balls.h"
 #include "scene/wall_contact.h"
 
 namespace embrun {
@@ -28,8 +29,10 @@ TEST(Compile, RecentresInDoublePrecision) {
   scene.balls.push_back(
       {{{far + Vec3d{0.125, 0, 0}, 0.25}, {far - Vec3d{0.125, 0, 0}, 0.25}}, diffuse_material(grey(0.5f))});
   const FlatScene flat = compile(scene);
-  EXPECT_EQ(flat.balls[0].center, (Vec3{0.125f, 0, 0}));
-  EXPECT_EQ(flat.balls[1].center, (Vec3{-0.125f, 0, 0}));
+  ASSERT_EQ(flat.ball_blocks.size(), 1u);
+  EXPECT_EQ(flat.ball_blocks[0].ball(0).center, (Vec3{-0.125f, 0, 0}));
+  EXPECT_EQ(flat.ball_blocks[0].ball(1).center, (Vec3{0.125f, 0, 0}));
+  EXPECT_EQ(flat.ball_blocks[0].ball(2).radius, 0);  // the block's other lanes stand for none
   EXPECT_EQ(flat.camera.eye, (Vec3{0, 0, 5}));
 }
 
@@ -80,8 +83,44 @@ TEST(Compile, MediaAreClassedByPriority) {
   EXPECT_EQ(flat.media[1].ior, 1.33f);
   EXPECT_EQ(flat.media[2].ior, 1.5f);
   EXPECT_EQ(flat.media[3].ior, 1);
-  const int expected[] = {3, 1, 2, 1, 0};
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(flat.instances[i].media_class, expected[i]) << i;
+  ASSERT_EQ(flat.instances.size(), 4u);  // the two of water are one set
+  const int expected[] = {3, 1, 2, 0};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(flat.instances[i].media_class, expected[i]) << i;
+}
+
+// Fluids come first, then the sets of balls with an inside; what is opaque has no number.
+TEST(Compile, SolidsAreNumbered) {
+  SceneDescription scene = looked_at({0, 0, 0});
+  scene.balls.push_back({{{{0, 0, 0}, 1}}, diffuse_material(grey(0.5f))});
+  scene.balls.push_back({{{{0, 1, 0}, 1}}, dielectric_material(1.33, {}, 1)});
+  scene.balls.push_back({{{{0, 2, 0}, 1}, {{0, 3, 0}, 0}}, dielectric_material(1.5, {}, 3)});
+  scene.balls.push_back({{{{0, 2, 0}, 0}}, dielectric_material(1.7, {}, 4)});  // of radius 0: none there
+  scene.balls.push_back({{}, dielectric_material(1.8, {}, 5)});
+  scene.fluids.push_back(drop({0, 0, 0}));
+  scene.fluids.push_back(drop({3, 0, 0}));
+  scene.boxes.push_back({{{-9, -9, -9}, {-8, -8, -8}}, dielectric_material(1.4)});
+  const FlatScene flat = compile(scene);
+  ASSERT_EQ(flat.instances.size(), 6u);
+  const int expected[] = {0, 1, -1, 2, 3, -1};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(flat.instances[i].solid, expected[i]) << i;
+}
+
+// Neighbours along a line end up in one block, in whatever order they come, and none is lost.
+TEST(Compile, BallsArePackedWithTheirNeighbours) {
+  std::vector<Ball> balls;
+  for (int i = 0; i < 1000; ++i) balls.push_back({{static_cast<float>(i * 617 % 1000), 0, 0}, 1.0f + static_cast<float>(i)});
+  const std::vector<BallBlock> blocks = pack_balls(balls);
+  ASSERT_EQ(blocks.size(), 125u);
+  double radii = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const Ball ball = blocks[i / 8].ball(i % 8);
+    EXPECT_EQ(ball.center.x, static_cast<float>(i));
+    radii += static_cast<double>(ball.radius);
+  }
+  EXPECT_EQ(radii, 1000 * 1001 / 2);
+  const Box3 bounds = bounds_of(pack_balls({{{1, 2, 3}, 0.5f}})[0], 0.25f);
+  EXPECT_NEAR(bounds.low.x, 0.25, 1e-4);
+  EXPECT_NEAR(bounds.high.z, 3.75, 1e-4);
 }
 
 TEST(Compile, TooManyMediaAreRefused) {

@@ -100,6 +100,7 @@ const Flaw flaws[] = {
      },
      "as balls, which the placement"},
     {"no_particles", [](auto& s) { s.fluids[0].positions.clear(); }, "fluid 1: it has no particles"},
+    {"wall_overlap", [](auto& s) { s.fluids[0].wall_overlap = -1; }, "overlap with walls of -1"},
     {"radius", [](auto& s) { s.fluids[0].surface.radius = -1; }, "particle radius -1 is not positive"},
     {"nan_radius", [](auto& s) { s.fluids[0].surface.radius = std::nanf(""); }, "particle radius nan"},
     {"order", [](auto& s) { s.fluids[0].surface.order = 0; }, "neighbourhood order 0"},
@@ -129,7 +130,7 @@ const Flaw flaws[] = {
        s.fluids[0].placement.x_axis = {0, 0, 0};
      },
      "the placement flattens it"},
-    {"ball", [](auto& s) { s.balls[0].balls[0].radius = 0; }, "set of balls 1: a ball of radius 0"},
+    {"ball", [](auto& s) { s.balls[0].balls[0].radius = -1; }, "set of balls 1: a ball of radius -1"},
     {"reflectance", [](auto& s) { s.balls[0].material.reflectance.first.r = 1.5f; }, "not in [0, 1]"},
     {"box", [](auto& s) { s.boxes[0].box.high.x = 2; }, "box 1: the first corner"},
     {"patch_axes",

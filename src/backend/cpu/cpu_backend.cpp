@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "backend/cpu/batch_memory.h"
-#include "backend/cpu/embree_meshes.h"
+#include "backend/cpu/embree_scene.h"
 #include "backend/cpu/guide_learner.h"
 #include "base/parallel.h"
 
@@ -62,9 +62,11 @@ struct TileTask {
 CpuBackend::CpuBackend(const FlatScene& scene) : CpuBackend(scene, select_kernels()) {}
 
 CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
-    : kernels_(kernels), meshes_(std::make_unique<EmbreeMeshes>(scene)) {
+    : kernels_(kernels), embree_(std::make_unique<EmbreeScene>(scene, kernels)) {
   view_.flat = scene.view();
-  view_.meshes = meshes_->scene();
+  view_.top = embree_->top();
+  view_.ball_sets = embree_->ball_sets().data();
+  view_.ball_set_count = static_cast<int>(embree_->ball_sets().size());
   path_scene_.materials = scene.materials.data();
   for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];
   path_scene_.lights = scene.lights.view();

@@ -12,7 +12,7 @@
 
 namespace embrun {
 
-class EmbreeMeshes;
+class EmbreeScene;
 struct LearnedGuide;
 
 /// What rendering some samples counted.
@@ -47,7 +47,7 @@ class CpuBackend {
 
  private:
   const KernelTable& kernels_;
-  std::unique_ptr<EmbreeMeshes> meshes_;
+  std::unique_ptr<EmbreeScene> embree_;
   std::unique_ptr<LearnedGuide> guide_;
   CpuSceneView view_;
   PathScene path_scene_;

@@ -9,6 +9,8 @@
 #include "integrators/path_state.h"
 #include "integrators/scene_hit.h"
 
+struct RTCIntersectFunctionNArguments;
+
 namespace embrun {
 
 /// Names one sample of a picture.
@@ -47,6 +49,8 @@ struct KernelTable {
   /// The path tracer's intersections alone, one ray after the other; media[i] is what ray i starts in.
   void (*intersect)(const CpuSceneView&, const Ray* rays, const MediaState* media, int count, bool* found,
                     SceneHit* hits);
+  /// Embree's call for a block of balls.
+  void (*meet_balls)(const RTCIntersectFunctionNArguments* arguments);
 };
 
 /// The kernels for base/instruction_set.h's choice. A build with EMBRUN_NATIVE has one version only.

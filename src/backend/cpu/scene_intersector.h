@@ -1,8 +1,6 @@
 #pragma once
 
-#include <embree3/rtcore.h>
-
-#include "backend/cpu/cpu_scene.h"
+#include "backend/cpu/ball_query.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
 #include "integrators/scene_hit.h"
@@ -32,24 +30,6 @@ EMBRUN_LOCAL_FN bool fluid_contains(const FluidGeometry& fluid, Vec3 point) {
   return !(fluid.clipped && !fluid.clip.contains(point)) && FluidBody{fluid}.contains(point);
 }
 
-/// Whether the ray comes near enough to a box within its extent to have to look into it.
-EMBRUN_FN bool may_meet(const Box3& box, const Ray& ray) {
-  const BoxSpan span = clip_line(box, ray);
-  return !span.empty() && span.exit >= ray.t_min && span.enter <= ray.t_max;
-}
-
-/// The nearest crossing of a set of balls; shortens the ray's extent to it.
-EMBRUN_LOCAL_FN bool intersect_balls(const SceneView& scene, const BallRange& range, Ray& ray, SurfaceHit& hit) {
-  if (!may_meet(range.bounds, ray)) return false;
-  bool found = false;
-  for (std::uint32_t i = 0; i < range.count; ++i) {
-    if (!intersect_ball(scene.balls[range.first + i], ray, hit)) continue;
-    ray.t_max = hit.t;
-    found = true;
-  }
-  return found;
-}
-
 // What follows has linkage, so it lives in the namespace of the instruction set it is compiled for.
 namespace EMBRUN_ISA_NAMESPACE {
 
@@ -62,10 +42,9 @@ struct CpuIntersector {
     Ray rest = ray;
     int nearest = -1;
     // The fluids come last, as they cost most and gain from a short extent.
-    if (scene.meshes != nullptr) nearest = intersect_meshes(rest, hit.surface);
+    if (scene.top != nullptr) nearest = intersect_in_embree(rest, media, hit.surface);
     for (int i = 0; i < scene.flat.instance_count; ++i) {
       const Instance& instance = scene.flat.instances[i];
-      if (instance.kind == GeometryKind::fluid || instance.kind == GeometryKind::mesh) continue;
       if (!intersect_shape(instance, rest, hit.surface)) continue;
       nearest = i;
       rest.t_max = hit.surface.t;
@@ -99,17 +78,17 @@ struct CpuIntersector {
     MediaState media;
     for (int i = 0; i < scene.flat.instance_count; ++i) {
       const Instance& instance = scene.flat.instances[i];
-      if (instance.media_class == 0 && instance.fluid < 0) continue;
+      if (instance.media_class == 0 && instance.solid < 0) continue;
       const Vec3 own = instance.identity ? point : instance.to_object.point(point);
       int count = 0;
       switch (instance.kind) {
         case GeometryKind::fluid: count = fluid_contains(scene.flat.fluids[instance.geometry], own) ? 1 : 0; break;
-        case GeometryKind::balls: count = balls_that_contain(scene.flat.ball_ranges[instance.geometry], own); break;
+        case GeometryKind::balls: count = in_balls(scene.ball_sets[instance.geometry], own) ? 1 : 0; break;
         case GeometryKind::box: count = scene.flat.boxes[instance.geometry].contains(own) ? 1 : 0; break;
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
         case GeometryKind::patch: break;
       }
-      if (instance.fluid >= 0 && count > 0) media.inside_fluids |= 1u << instance.fluid;
+      if (instance.solid >= 0 && count > 0) media.inside_solids |= solid_bit(instance.solid);
       if (instance.media_class == 0) continue;
       const int total = min_of(count, max_crossings - media.count(instance.media_class));
       media.counts += static_cast<std::uint64_t>(total) << (8 * instance.media_class);
@@ -120,10 +99,10 @@ struct CpuIntersector {
  private:
   EMBRUN_FN bool intersect_shape(const Instance& instance, Ray& ray, SurfaceHit& hit) const {
     switch (instance.kind) {
-      case GeometryKind::balls: return intersect_balls(scene.flat, scene.flat.ball_ranges[instance.geometry], ray, hit);
       case GeometryKind::box: return intersect_box(scene.flat.boxes[instance.geometry], ray, hit);
       case GeometryKind::patch: return intersect_patch(scene.flat.patches[instance.geometry], ray, hit);
       case GeometryKind::fluid:
+      case GeometryKind::balls:
       case GeometryKind::mesh: break;
     }
     return false;
@@ -151,32 +130,41 @@ struct CpuIntersector {
     return true;
   }
 
-  /// The nearest triangle: the instance's index, or -1. Shortens the ray's extent to it.
-  int intersect_meshes(Ray& ray, SurfaceHit& hit) const {
-    RTCRayHit query;
-    query.ray.org_x = ray.origin.x;
-    query.ray.org_y = ray.origin.y;
-    query.ray.org_z = ray.origin.z;
-    // Embree counts the start of the extent in: the last crossing must not be met again.
-    query.ray.tnear = ray.t_min * (1.0f + 2.5e-7f);
-    query.ray.dir_x = ray.direction.x;
-    query.ray.dir_y = ray.direction.y;
-    query.ray.dir_z = ray.direction.z;
-    query.ray.time = ray.time;
-    query.ray.tfar = ray.t_max;
-    query.ray.mask = ~0u;
-    query.ray.id = 0;
-    query.ray.flags = 0;
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene.meshes, &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return -1;
+  /// The nearest triangle or ball: the instance's index, or -1. Shortens the ray's extent to it.
+  int intersect_in_embree(Ray& ray, const MediaState& media, SurfaceHit& hit) const {
+    int nearest = -1;
+    BallQuery query(ray);
+    query.tolerance = ball_tolerance(ray, ray.t_min, 0.0f);
+    // First the way out of solids of balls that the ray is inside: mostly near, so the rest has a short extent.
+    for (int i = 0; i < scene.ball_set_count; ++i) {
+      const CpuBallSet& balls = scene.ball_sets[i];
+      if (balls.solid < 0 || !media.inside_solid(balls.solid)) continue;
+      const WayOut way = leave_balls(balls, ray, hit);
+      if (way == WayOut::lost) continue;
+      query.ignored |= solid_bit(balls.solid);
+      if (way == WayOut::beyond) continue;
+      nearest = balls.instance;
+      ray.t_max = hit.t;
+    }
+    const int nearer = ask_embree(query, ray, hit);
+    return nearer >= 0 ? nearer : nearest;
+  }
 
-    const int index = static_cast<int>(query.hit.instID[0]);
-    fill_mesh_hit(scene.flat.instances[index], query.hit.primID, query.hit.u, query.hit.v, ray, hit);
-    hit.t = query.ray.tfar;
+  /// The nearest triangle, or ball as the query wants them: the instance's index, or -1. Shortens the ray's extent to it.
+  int ask_embree(BallQuery& query, Ray& ray, SurfaceHit& hit) const {
+    // Embree counts the start of the extent in: the last crossing must not be met again.
+    RTCRayHit answer = embree_ray(ray, ray.t_min * (1.0f + 2.5e-7f), ray.t_max);
+    rtcIntersect1(scene.top, &query.embree, &answer);
+    if (answer.hit.geomID == RTC_INVALID_GEOMETRY_ID) return -1;
+    const int index = static_cast<int>(answer.hit.instID[0]);
+    const Instance& instance = scene.flat.instances[index];
+    if (instance.kind == GeometryKind::balls) {
+      const Ball ball = scene.ball_sets[instance.geometry].set.ball(answer.hit.primID);
+      fill_ball_hit(ball, ray, answer.ray.tfar, answer.hit.u > 0.5f, hit);
+    } else {
+      fill_mesh_hit(instance, answer.hit.primID, answer.hit.u, answer.hit.v, ray, hit);
+      hit.t = answer.ray.tfar;
+    }
     ray.t_max = hit.t;
     return index;
   }
@@ -205,6 +193,7 @@ struct CpuIntersector {
     hit.material = instance.material;
     hit.media_class = instance.media_class;
     hit.fluid = instance.fluid;
+    hit.solid = instance.solid;
     hit.light = instance.light;
     // Rounding of the position grows with its coordinates.
     const Vec3 p = hit.surface.position;
@@ -212,11 +201,10 @@ struct CpuIntersector {
     hit.offset = instance.offset + 1e-6f * reach;
   }
 
-  int balls_that_contain(const BallRange& range, Vec3 point) const {
-    int count = 0;
-    for (std::uint32_t i = 0; i < range.count; ++i)
-      count += ball_contains(scene.flat.balls[range.first + i], point) ? 1 : 0;
-    return count;
+  static bool in_balls(const CpuBallSet& balls, Vec3 point) {
+    Ray at;
+    at.origin = point;
+    return touched_ball(balls, at, 0.0f).found();
   }
 
   /// How often a ray to infinity leaves a mesh more than it enters it: the number of its shells round the point.
@@ -230,7 +218,9 @@ struct CpuIntersector {
     for (int crossings = 0; crossings < 10000; ++crossings) {
       SurfaceHit hit;
       ray.t_max = infinity;
-      const int met = intersect_meshes(ray, hit);
+      BallQuery query(ray);
+      query.question = BallQuestion::none;
+      const int met = ask_embree(query, ray, hit);
       if (met < 0) break;
       if (met == index) count += hit.entering ? -1 : 1;
       ray.t_min = hit.t * (1.0f + 1e-6f) + 1e-7f;

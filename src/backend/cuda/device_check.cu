@@ -1,7 +1,7 @@
 // Compiled by nvcc in CI and never run: shows that the per-ray code is fit for the device. The kernel
-// traces a whole path through the integrator's stages, past a fluid, a ball and a box, so that every
+// traces a whole path through the integrator's stages, past a fluid, balls and a box, so that every
 // template and inline function on the way is really compiled.
-#include "geometry/ball.h"
+#include "geometry/ball_set.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
 #include "integrators/path_stages.h"
@@ -26,18 +26,20 @@ struct FluidBody {
 struct DeviceIntersector {
   FluidBody fluid;
   Box3 container;
-  Ball ball;
+  BallSet balls;
 
   EMBRUN_DEVICE_CALL bool intersect(const Ray& ray, const MediaState& media, SceneHit& hit) const {
     const Side side = media.inside_fluid(0) ? Side::inside : Side::outside;
     hit.fluid = 0;
+    hit.solid = 0;
     hit.media_class = 1;
     bool found = intersect_clipped(fluid, container, ray, side, hit.surface);
     Ray nearer = ray;
     if (found) nearer.t_max = hit.surface.t;
-    if (intersect_ball(ball, nearer, hit.surface)) {
+    if (intersect_each_ball(balls, nearer, media.inside_solid(1), hit.surface)) {
       hit.fluid = -1;
-      hit.media_class = 0;
+      hit.solid = 1;
+      hit.media_class = 2;
       found = true;
     }
     return found;

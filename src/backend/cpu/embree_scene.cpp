@@ -1,18 +1,20 @@
-#include "backend/cpu/embree_meshes.h"
+#include "backend/cpu/embree_scene.h"
 
 #include <embree3/rtcore.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "scene/pack_balls.h"
 
 namespace embrun {
 namespace {
 
 void check(RTCDevice device) {
   const RTCError error = rtcGetDeviceError(device);
-  if (error != RTC_ERROR_NONE) throw Error("Embree failed to take the meshes (error " + std::to_string(error) + ")");
+  if (error != RTC_ERROR_NONE) throw Error("Embree failed to take the scene (error " + std::to_string(error) + ")");
 }
 
 RTCScene make_mesh_scene(RTCDevice device, const FlatScene& scene, const MeshRange& range) {
@@ -39,6 +41,33 @@ RTCScene make_mesh_scene(RTCDevice device, const FlatScene& scene, const MeshRan
   return own;
 }
 
+/// Embree's call for the bounds of a block.
+void block_bounds(const RTCBoundsFunctionArguments* arguments) {
+  const BallSet& set = static_cast<const CpuBallSet*>(arguments->geometryUserPtr)->set;
+  const BallBlock& block = set.blocks[arguments->primID];
+  // Wider by what makes a start outside a ball count as touching it.
+  Ray corner;
+  corner.origin = {std::fabs(block.x[0]), std::fabs(block.y[0]), std::fabs(block.z[0])};
+  const Box3 bounds = bounds_of(block, 2 * ball_tolerance(corner, 0, set.slack));
+  *arguments->bounds_o = {bounds.low.x,  bounds.low.y,  bounds.low.z,  0,
+                          bounds.high.x, bounds.high.y, bounds.high.z, 0};
+}
+
+RTCScene make_ball_scene(RTCDevice device, CpuBallSet& balls, const KernelTable& kernels) {
+  RTCScene own = rtcNewScene(device);
+  rtcSetSceneFlags(own, RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, balls.set.count);
+  rtcSetGeometryUserData(geometry, &balls);
+  rtcSetGeometryBoundsFunction(geometry, block_bounds, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, kernels.meet_balls);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(own, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(own);
+  return own;
+}
+
 void attach_instance(RTCDevice device, RTCScene top, RTCScene mesh, const Transform& to_world, unsigned id) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, mesh);
@@ -53,25 +82,38 @@ void attach_instance(RTCDevice device, RTCScene top, RTCScene mesh, const Transf
 
 }  // namespace
 
-EmbreeMeshes::EmbreeMeshes(const FlatScene& scene) {
-  if (scene.meshes.empty()) return;
+EmbreeScene::EmbreeScene(const FlatScene& scene, const KernelTable& kernels) {
+  if (scene.meshes.empty() && scene.ball_ranges.empty()) return;
   device_ = rtcNewDevice(nullptr);
   if (device_ == nullptr) throw Error("Embree does not start on this machine");
   std::vector<RTCScene> meshes;
   for (const MeshRange& range : scene.meshes) meshes.push_back(make_mesh_scene(device_, scene, range));
+  ball_sets_.resize(scene.ball_ranges.size());
   top_ = rtcNewScene(device_);
   rtcSetSceneFlags(top_, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
+    const auto id = static_cast<unsigned>(i);
     if (instance.kind == GeometryKind::mesh)
-      attach_instance(device_, top_, meshes[instance.geometry], instance.to_world, static_cast<unsigned>(i));
+      attach_instance(device_, top_, meshes[instance.geometry], instance.to_world, id);
+    if (instance.kind != GeometryKind::balls) continue;
+    const BallRange& range = scene.ball_ranges[instance.geometry];
+    CpuBallSet& balls = ball_sets_[instance.geometry];
+    balls.set = {scene.ball_blocks.data() + range.first, range.count, range.slack, instance.solid >= 0};
+    balls.step = range.step;
+    balls.instance = static_cast<int>(i);
+    balls.solid = instance.solid;
+    balls.scene = make_ball_scene(device_, balls, kernels);
+    attach_instance(device_, top_, balls.scene, instance.to_world, id);
   }
   rtcCommitScene(top_);
   for (RTCScene mesh : meshes) rtcReleaseScene(mesh);
   check(device_);
 }
 
-EmbreeMeshes::~EmbreeMeshes() {
+EmbreeScene::~EmbreeScene() {
+  for (const CpuBallSet& balls : ball_sets_)
+    if (balls.scene != nullptr) rtcReleaseScene(balls.scene);
   if (top_ != nullptr) rtcReleaseScene(top_);
   if (device_ != nullptr) rtcReleaseDevice(device_);
 }
