@@ -121,8 +121,8 @@ EMBRUN_LOCAL_FN bool intersect_each_ball(const BallSet& set, const Ray& ray, boo
     }
     if (exit.found && !(exit.end < ray.t_max)) return false;
     if (exit.found || touched.found()) {
-      fill_ball_hit(set.ball(exit.found ? exit.ball : touched.ball), ray,
-                    exit.found ? exit.end : just_after(ray.t_min), false, hit);
+      fill_ball_hit(set.ball(exit.found ? exit.ball : touched.ball), ray, exit.found ? exit.end : just_after(ray.t_min),
+                    false, hit);
       return true;
     }
   }

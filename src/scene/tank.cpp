@@ -10,9 +10,9 @@ namespace {
 
 /// The corner of a box whose bits say which sides are high: 1 x, 2 y, 4 z.
 Vec3 corner(const Box3d& box, Vec3d middle, unsigned bits) {
-  return to_float(Vec3d{bits & 1 ? box.high.x : box.low.x, bits & 2 ? box.high.y : box.low.y,
-                        bits & 4 ? box.high.z : box.low.z} -
-                  middle);
+  return to_float(
+      Vec3d{bits & 1 ? box.high.x : box.low.x, bits & 2 ? box.high.y : box.low.y, bits & 4 ? box.high.z : box.low.z} -
+      middle);
 }
 
 }  // namespace
@@ -27,8 +27,7 @@ MeshDescription make_tank(const Box3d& inside, double thickness, UpAxis up, cons
   const int up_index = up == UpAxis::y ? 1 : 2;
   (up == UpAxis::y ? outside.high.y : outside.high.z) = up == UpAxis::y ? inside.high.y : inside.high.z;
   for (const Box3d& box : {outside, inside})
-    for (unsigned bits = 0; bits < 8; ++bits)
-      tank.mesh.positions.push_back(corner(box, tank.placement.origin, bits));
+    for (unsigned bits = 0; bits < 8; ++bits) tank.mesh.positions.push_back(corner(box, tank.placement.origin, bits));
 
   const auto quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     tank.mesh.triangles.push_back({a, b, c});

@@ -223,8 +223,8 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   check_material(fluid.material, pictures, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
-  require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap), "{}: overlap with walls of {} m is negative or not finite",
-          what, fluid.wall_overlap);
+  require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap),
+          "{}: overlap with walls of {} m is negative or not finite", what, fluid.wall_overlap);
   if (!fluid.medium) return;
   require(has_inside(fluid.material), "{}: its particles scatter light, but no light gets through its surface", what);
   require(keeps_balls(fluid.placement), "{}: its particles scatter light as balls, which the placement distorts", what);

@@ -57,7 +57,8 @@ class LineOracle {
   /// Something so thin along the line that single precision need not see it as double does: a chord, an overlap, or a gap.
   bool thin(double eps) const {
     for (std::size_t i = 0; i < spans_.size(); ++i) {
-      if (spans_[i].exit - spans_[i].enter < 30 * eps || std::abs(spans_[i].enter) < eps || std::abs(spans_[i].exit) < eps)
+      if (spans_[i].exit - spans_[i].enter < 30 * eps || std::abs(spans_[i].enter) < eps ||
+          std::abs(spans_[i].exit) < eps)
         return true;
     }
     for (std::size_t i = 1; i < merged_.size(); ++i)
@@ -194,12 +195,9 @@ TEST_P(BallSets, AreMetAsInDoublePrecision) {
 }
 
 constexpr BallCase ball_cases[] = {
-    {"sparse", 300, 0.15, false, {0, 0, 0}},
-    {"touching", 3000, 0.1, false, {0, 0, 0}},
-    {"mixed", 2000, 0.2, true, {0, 0, 0}},
-    {"dense", 400, 0.75, false, {0, 0, 0}},  // some 85 over a point
-    {"small", 20000, 0.03, true, {0, 0, 0}},
-    {"far_from_the_origin", 3000, 0.1, true, {1e6, -1e6, 5e5}},
+    {"sparse", 300, 0.15, false, {0, 0, 0}}, {"touching", 3000, 0.1, false, {0, 0, 0}},
+    {"mixed", 2000, 0.2, true, {0, 0, 0}},   {"dense", 400, 0.75, false, {0, 0, 0}},  // some 85 over a point
+    {"small", 20000, 0.03, true, {0, 0, 0}}, {"far_from_the_origin", 3000, 0.1, true, {1e6, -1e6, 5e5}},
 };
 
 INSTANTIATE_TEST_SUITE_P(Cases, BallSets, testing::ValuesIn(ball_cases),

@@ -121,7 +121,6 @@ struct WalkCounts {
 
 /// Paths that cross or are thrown back at every boundary by chance, and never end inside what is opaque.
 WalkCounts walk(const Nest& nest, int walks, int steps) {
-  if (getenv("WALKS")) walks = atoi(getenv("WALKS"));
   const FlatScene flat = compile(nest.scene);
   const CpuBackend backend(flat);
   const BallOracle bubbles(nest.scene.balls[0], flat.recentring);
@@ -137,7 +136,8 @@ WalkCounts walk(const Nest& nest, int walks, int steps) {
   WalkCounts counts;
   for (int w = 0; w < walks; ++w) {
     Ray ray;
-    const Vec3d start{1.05 * half.x * uniform(random), 1.05 * half.y * uniform(random), 1.05 * half.z * uniform(random)};
+    const Vec3d start{1.05 * half.x * uniform(random), 1.05 * half.y * uniform(random),
+                      1.05 * half.z * uniform(random)};
     const auto& cloud = nest.scene.balls[0].balls;
     // Every other walk starts among the bubbles.
     const Vec3d from = w % 2 == 0 ? middle + start : cloud[static_cast<std::size_t>(w) * 7919 % cloud.size()].center;
@@ -166,9 +166,13 @@ WalkCounts walk(const Nest& nest, int walks, int steps) {
         counts.wrong += (media.count(2) > 0) != (over > 0) || (media.count(3) > 0) != glass;
         counts.most_over = std::max<long>(counts.most_over, over);
         const int current = media.current();
-        ++(current == 3 ? counts.in_glass : current == 2 ? counts.in_bubble : current == 1 ? counts.in_water : counts.in_air);
+        ++(current == 3   ? counts.in_glass
+           : current == 2 ? counts.in_bubble
+           : current == 1 ? counts.in_water
+                          : counts.in_air);
         // The field decides at points; its crossings are found to 2e-4 of a radius, so thin films may differ.
-        counts.wrong_water += media.inside_fluid(0) != backend.kernels().media_at(backend.view(), to_float(p)).inside_fluid(0);
+        counts.wrong_water +=
+            media.inside_fluid(0) != backend.kernels().media_at(backend.view(), to_float(p)).inside_fluid(0);
       }
 
       const MediaBoundary boundary = boundary_of(hit);
@@ -191,7 +195,8 @@ WalkCounts walk(const Nest& nest, int walks, int steps) {
       }
       Vec3 next = direction();
       const bool onwards = hit.media_class != 0 && choice < 0;
-      const float side = dot(ray.direction, hit.surface.geometric_normal) < 0.0f ? 1.0f : -1.0f;  // of where it came from
+      const float side =
+          dot(ray.direction, hit.surface.geometric_normal) < 0.0f ? 1.0f : -1.0f;  // of where it came from
       if ((dot(next, hit.surface.geometric_normal) * side > 0.0f) == onwards) next = -next;
       ray.origin = leave_surface(hit, next);
       ray.direction = next;
@@ -229,8 +234,9 @@ TEST(MediaWalk, NestsOfRandomBubbles) {
     bubbles.push_back({p, 0.005 + 0.04 * std::abs(uniform(random))});
     if (i % 100 == 0) bubbles.push_back(bubbles.back());
   }
-  for (int i = 0; i < 500; ++i) sand.push_back({{0.5 * uniform(random), 0.03 * uniform(random), 0.5 * uniform(random)}, 0.02});
-  const WalkCounts counts = walk(make_nest(water, 0.0215, tank, bubbles, sand), 4000, 200);
+  for (int i = 0; i < 500; ++i)
+    sand.push_back({{0.5 * uniform(random), 0.03 * uniform(random), 0.5 * uniform(random)}, 0.02});
+  const WalkCounts counts = walk(make_nest(water, 0.0215, tank, bubbles, sand), 10000, 200);
   expect_consistent(counts);
   EXPECT_GT(counts.most_over, 60);
 }
@@ -245,7 +251,7 @@ TEST(MediaWalk, TheDamBreakWithItsBubbles) {
   for (std::size_t i = 0; i < water.positions.size(); ++i)
     if (water.positions[i].y < 0.02 && i % 3 == 0) sand.push_back({water.positions[i] - Vec3d{0, 0.03, 0}, 0.02});
   const Box3d tank{{-2.25, -0.05, -1.5}, {2.25, 1.95, 1.5}};
-  const WalkCounts counts = walk(make_nest(water.positions, 0.025, tank, balls, sand), 4000, 200);
+  const WalkCounts counts = walk(make_nest(water.positions, 0.025, tank, balls, sand), 10000, 200);
   expect_consistent(counts);
   EXPECT_GT(counts.most_over, 60);
 }

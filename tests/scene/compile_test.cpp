@@ -108,7 +108,8 @@ TEST(Compile, SolidsAreNumbered) {
 // Neighbours along a line end up in one block, in whatever order they come, and none is lost.
 TEST(Compile, BallsArePackedWithTheirNeighbours) {
   std::vector<Ball> balls;
-  for (int i = 0; i < 1000; ++i) balls.push_back({{static_cast<float>(i * 617 % 1000), 0, 0}, 1.0f + static_cast<float>(i)});
+  for (int i = 0; i < 1000; ++i)
+    balls.push_back({{static_cast<float>(i * 617 % 1000), 0, 0}, 1.0f + static_cast<float>(i)});
   const std::vector<BallBlock> blocks = pack_balls(balls);
   ASSERT_EQ(blocks.size(), 125u);
   double radii = 0;

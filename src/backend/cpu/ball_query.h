@@ -84,6 +84,15 @@ EMBRUN_LOCAL_FN void meet_block(const RTCIntersectFunctionNArguments* arguments)
   }
 }
 
+/// The next larger number after one that is not negative.
+EMBRUN_FN float next_float(float v) {
+  std::uint32_t bits;
+  __builtin_memcpy(&bits, &v, sizeof bits);
+  ++bits;
+  __builtin_memcpy(&v, &bits, sizeof bits);
+  return v;
+}
+
 EMBRUN_LOCAL_FN RTCRayHit embree_ray(const Ray& ray, float t_near, float t_far) {
   RTCRayHit query;
   query.ray.org_x = ray.origin.x;

@@ -66,6 +66,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   view_.flat = scene.view();
   view_.top = embree_->top();
   view_.ball_sets = embree_->ball_sets().data();
+  view_.has_meshes = !scene.meshes.empty();
   view_.ball_set_count = static_cast<int>(embree_->ball_sets().size());
   path_scene_.materials = scene.materials.data();
   for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];

@@ -23,6 +23,7 @@ struct CpuSceneView {
   RTCSceneTy* top = nullptr;
   const CpuBallSet* ball_sets = nullptr;  ///< by Instance::geometry
   int ball_set_count = 0;
+  bool has_meshes = false;
 };
 
 }  // namespace embrun

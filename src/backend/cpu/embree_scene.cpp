@@ -49,8 +49,7 @@ void block_bounds(const RTCBoundsFunctionArguments* arguments) {
   Ray corner;
   corner.origin = {std::fabs(block.x[0]), std::fabs(block.y[0]), std::fabs(block.z[0])};
   const Box3 bounds = bounds_of(block, 2 * ball_tolerance(corner, 0, set.slack));
-  *arguments->bounds_o = {bounds.low.x,  bounds.low.y,  bounds.low.z,  0,
-                          bounds.high.x, bounds.high.y, bounds.high.z, 0};
+  *arguments->bounds_o = {bounds.low.x, bounds.low.y, bounds.low.z, 0, bounds.high.x, bounds.high.y, bounds.high.z, 0};
 }
 
 RTCScene make_ball_scene(RTCDevice device, CpuBallSet& balls, const KernelTable& kernels) {

@@ -67,9 +67,13 @@ void intersect(const CpuSceneView& view, const Ray* rays, const MediaState* medi
 #define EMBRUN_STRING(x) EMBRUN_STRING_OF(x)
 
 extern const KernelTable kernel_table;
-const KernelTable kernel_table = {
-    EMBRUN_STRING(EMBRUN_ISA_NAMESPACE), sizeof(PathBatch), trace_samples, learn_directions, media_at, intersect,
-    meet_block};
+const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE),
+                                  sizeof(PathBatch),
+                                  trace_samples,
+                                  learn_directions,
+                                  media_at,
+                                  intersect,
+                                  meet_block};
 
 }  // namespace EMBRUN_ISA_NAMESPACE
 }  // namespace embrun

@@ -152,8 +152,9 @@ struct CpuIntersector {
 
   /// The nearest triangle, or ball as the query wants them: the instance's index, or -1. Shortens the ray's extent to it.
   int ask_embree(BallQuery& query, Ray& ray, SurfaceHit& hit) const {
-    // Embree counts the start of the extent in: the last crossing must not be met again.
-    RTCRayHit answer = embree_ray(ray, ray.t_min * (1.0f + 2.5e-7f), ray.t_max);
+    // Embree counts the start of the extent in: the last crossing must not be met again. The next number will do, and
+    // more would lose a face that is as good as at the same place as what was crossed last.
+    RTCRayHit answer = embree_ray(ray, max_of(next_float(ray.t_min), 1e-30f), ray.t_max);
     rtcIntersect1(scene.top, &query.embree, &answer);
     if (answer.hit.geomID == RTC_INVALID_GEOMETRY_ID) return -1;
     const int index = static_cast<int>(answer.hit.instID[0]);
@@ -199,6 +200,35 @@ struct CpuIntersector {
     const Vec3 p = hit.surface.position;
     const float reach = max_of(fabsf(p.x), max_of(fabsf(p.y), fabsf(p.z)));
     hit.offset = instance.offset + 1e-6f * reach;
+    if (instance.kind == GeometryKind::fluid || instance.kind == GeometryKind::balls) keep_off_others(hit);
+  }
+
+  /// Shortens the offset so far that the step off the surface goes through no face of a mesh or a box near by, which do
+  /// not tell on which side of them a ray starts.
+  EMBRUN_FN void keep_off_others(SceneHit& hit) const {
+    const Vec3 p = hit.surface.position;
+    float room = hit.offset;
+    for (int i = 0; i < scene.flat.instance_count; ++i) {
+      const Instance& instance = scene.flat.instances[i];
+      if (instance.kind != GeometryKind::box) continue;
+      const Box3& box = scene.flat.boxes[instance.geometry];
+      for (int axis = 0; axis < 3; ++axis)
+        room = min_of(room, min_of(fabsf(p[axis] - box.low[axis]), fabsf(p[axis] - box.high[axis])));
+    }
+    if (scene.has_meshes) {
+      for (const float side : {-1.0f, 1.0f}) {
+        Ray step;
+        step.origin = p;
+        step.direction = side * hit.surface.geometric_normal;
+        step.t_max = room;
+        BallQuery query(step);
+        query.question = BallQuestion::none;
+        RTCRayHit answer = embree_ray(step, 0.0f, room);
+        rtcIntersect1(scene.top, &query.embree, &answer);
+        room = min_of(room, answer.ray.tfar);
+      }
+    }
+    if (room < hit.offset) hit.offset = 0.5f * room;
   }
 
   static bool in_balls(const CpuBallSet& balls, Vec3 point) {
