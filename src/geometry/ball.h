@@ -21,6 +21,20 @@ struct BallBlock {
   EMBRUN_FN Ball ball(std::uint32_t lane) const { return {{x[lane], y[lane], z[lane]}, radius[lane]}; }
 };
 
+/// The bounds of a block's balls, wider by `margin` metres on every side.
+inline Box3 bounds_of(const BallBlock& block, float margin) {
+  Box3 bounds;
+  for (std::uint32_t lane = 0; lane < balls_per_block; ++lane) {
+    const Ball ball = block.ball(lane);
+    if (ball.radius == 0.0f) continue;
+    // A little more, for the rounding of the sums.
+    const float reach = ball.radius * 1.00001f + margin;
+    bounds.include(ball.center - Vec3{reach, reach, reach});
+    bounds.include(ball.center + Vec3{reach, reach, reach});
+  }
+  return bounds;
+}
+
 /// The line of a ray against each ball of a block: the parameter nearest to the centre, and the square of half the length
 /// in the ball (not positive: it is missed). The quadratic is solved about that nearest point, so that far or small
 /// balls keep their precision [Haines2019].

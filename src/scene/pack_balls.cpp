@@ -57,17 +57,4 @@ std::vector<BallBlock> pack_balls(const std::vector<Ball>& balls) {
   return blocks;
 }
 
-Box3 bounds_of(const BallBlock& block, float margin) {
-  Box3 bounds;
-  for (std::uint32_t lane = 0; lane < balls_per_block; ++lane) {
-    const Ball ball = block.ball(lane);
-    if (ball.radius == 0.0f) continue;
-    // A little more, for the rounding of the sums.
-    const float reach = ball.radius * 1.00001f + margin;
-    bounds.include(ball.center - Vec3{reach, reach, reach});
-    bounds.include(ball.center + Vec3{reach, reach, reach});
-  }
-  return bounds;
-}
-
 }  // namespace embrun

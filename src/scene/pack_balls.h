@@ -10,7 +10,4 @@ namespace embrun {
 /// small. The last block is filled up with lanes that stand for none. The same for any number of threads.
 std::vector<BallBlock> pack_balls(const std::vector<Ball>& balls);
 
-/// The bounds of a block's balls, wider by `margin` metres on every side.
-Box3 bounds_of(const BallBlock& block, float margin);
-
 }  // namespace embrun

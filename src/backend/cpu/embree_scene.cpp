@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "scene/pack_balls.h"
 
 namespace embrun {
 namespace {
