@@ -225,38 +225,72 @@ FirstLook first_look(const CellFrame& frame, const ParticleArrays& list, std::si
   return {sum_lanes(most), sum_lanes(at_center)};
 }
 
-/// D at the 4 x 4 x 4 nodes of a cell (x fastest, faces included), and sums of the axes' second-derivative ranges.
+/// The nodes at which a cell's field is sampled: edge^3, x fastest, faces included, in cell sides from the centre. The
+/// last block is padded by repeating the last node.
+template <int edge>
+struct alignas(64) NodeTable {
+  static constexpr int count = edge * edge * edge, blocks = (count + 15) / 16;
+  float x[16 * blocks], y[16 * blocks], z[16 * blocks];
+  float square[16 * blocks];  ///< x^2 + y^2 + z^2
+  float weight[16 * blocks];  ///< 0 for those that repeat
+
+  constexpr NodeTable() : x(), y(), z(), square(), weight() {
+    for (int i = 0; i < 16 * blocks; ++i) {
+      const int node = i < count ? i : count - 1;
+      constexpr float step = 1.0f / (edge - 1);
+      x[i] = static_cast<float>(node % edge) * step - 0.5f;
+      y[i] = static_cast<float>(node / edge % edge) * step - 0.5f;
+      z[i] = static_cast<float>(node / (edge * edge)) * step - 0.5f;
+      square[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+      weight[i] = i < count ? 1.0f : 0.0f;
+    }
+  }
+};
+
+template <int edge>
+constexpr NodeTable<edge> nodes{};
+
+/// D at the nodes of a cell, and sums of the axes' second-derivative ranges.
+template <int edge>
 struct NodeSamples {
-  F16 plane[4];    ///< D on each z plane
+  static constexpr int blocks = NodeTable<edge>::blocks;
+  F16 block[blocks];
   float least[3];  ///< over the cell, in units of 1 / (cell side)^2
   float most[3];
   float small_maximum;  ///< what particles too small for the nodes may add anywhere
 };
 
-template <Kernel kernel>
-NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
-                         float half) {
-  NodeSamples s{};
-  float nx[16], ny[16];
-  const float third = half * (2.0f / 3.0f);
-  for (int i = 0; i < 16; ++i) {
-    nx[i] = static_cast<float>(i & 3) * third - half;
-    ny[i] = static_cast<float>(i >> 2) * third - half;
-  }
-  const F16 node_x = load16(nx), node_y = load16(ny);
+template <int edge, Kernel kernel>
+NodeSamples<edge> sample_nodes(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
+                               float half) {
+  NodeSamples<edge> s{};
+  const float side = 2.0f * half, gap = side / (edge - 1);
   const float equal_scale = frame.support / frame.reach;
   for (std::size_t i = 0; i < count; ++i) {
     float scale = equal_scale;
     if (!frame.equal_radii) {
+      if (list.reach[i] < gap) continue;
       scale = frame.support / list.reach[i];
-      if (list.reach[i] < third) continue;
     }
-    const F16 x = (node_x + (center.x - list.x[i])) * scale;
-    const F16 y = (node_y + (center.y - list.y[i])) * scale;
-    const F16 across = x * x + y * y;
-    for (int k = 0; k < 4; ++k) {
-      const float z = (center.z - list.z[i] + static_cast<float>(k) * third - half) * scale;
-      s.plane[k] += KernelLanes<kernel>::value(across + z * z);
+    // Nodes and particle from the cell's centre, in units of b: q = |n|^2 - 2 n.p + |p|^2.
+    const Vec3 p = Vec3{list.x[i] - center.x, list.y[i] - center.y, list.z[i] - center.z} * scale;
+    const float side_here = side * scale;
+    const Vec3 towards = p * (-2.0f * side_here);
+    const float square = dot(p, p), side_square = side_here * side_here;
+    const float away = max_of(max_of(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) - 0.5f * side_here;
+    const auto add = [&](const auto& value_at) {
+      for (int k = 0; k < s.blocks; ++k) {
+        const F16 x = load16(nodes<edge>.x + 16 * k), y = load16(nodes<edge>.y + 16 * k),
+                  z = load16(nodes<edge>.z + 16 * k);
+        const F16 q =
+            load16(nodes<edge>.square + 16 * k) * side_square + square + x * towards.x + y * towards.y + z * towards.z;
+        s.block[k] += value_at(q);
+      }
+    };
+    if (away > KernelLanes<kernel>::core) {
+      add([](F16 q) { return KernelLanes<kernel>::value_beyond_core(q); });
+    } else {
+      add([](F16 q) { return KernelLanes<kernel>::rough_value(q); });
     }
   }
 
@@ -269,7 +303,7 @@ NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std
     if (!frame.equal_radii) {
       const F16 reach = load16(list.reach + i);
       scale = frame.support / reach;
-      used = select_less(reach, splat(third), splat(0.0f), splat(1.0f));
+      used = select_less(reach, splat(gap), splat(0.0f), splat(1.0f));
     }
     float valid[16];
     for (std::size_t j = 0; j < 16; ++j) valid[j] = i + j < count ? 1.0f : 0.0f;
@@ -305,9 +339,23 @@ NodeSamples sample_nodes(const CellFrame& frame, const ParticleArrays& list, std
   return s;
 }
 
-// Between nodes 1/3 of a cell apart a function departs from its trilinear interpolation by at most (1/3)^2/8 times the
-// sum over the axes of its second derivative's bound (linear interpolation along one axis after the other).
-constexpr float node_gap = 1.0f / 72.0f;
+/// Between nodes h apart a function departs from its trilinear interpolation by at most h^2/8 times the sum over the
+/// axes of its second derivative's bound (linear interpolation along one axis after the other).
+template <int edge>
+constexpr float node_gap = 1.0f / (8.0f * (edge - 1) * (edge - 1));
+
+template <int edge>
+float least_node(const NodeSamples<edge>& s) {
+  F16 least = s.block[0];
+  for (int k = 1; k < s.blocks; ++k) least = min_of(least, s.block[k]);
+  return min_lane(least);
+}
+template <int edge>
+float most_node(const NodeSamples<edge>& s) {
+  F16 most = s.block[0];
+  for (int k = 1; k < s.blocks; ++k) most = max_of(most, s.block[k]);
+  return max_lane(most);
+}
 
 /// Whether the given particles alone keep D above `level` all over the cell.
 template <Kernel kernel>
@@ -319,98 +367,65 @@ bool proves_inside(const CellFrame& frame, const ParticleArrays& list, std::size
     if (least > level) return true;
     if (least < 0.75f * level) return false;
   }
-  const NodeSamples s = sample_nodes<kernel>(frame, list, count, center, half);
-  float least = infinity;
-  for (int k = 0; k < 4; ++k) least = min_of(least, min_lane(s.plane[k]));
-  for (int a = 0; a < 3; ++a) least -= node_gap * max_of(0.0f, s.most[a]);
+  constexpr int edge = 4;
+  const NodeSamples<edge> s = sample_nodes<edge, kernel>(frame, list, count, center, half);
+  float least = least_node(s);
+  for (int a = 0; a < 3; ++a) least -= node_gap<edge> * max_of(0.0f, s.most[a]);
   return least > level;
 }
 
-/// Least-squares quadratic through the 64 nodes, coordinates in cell sides from the centre. On the product grid
-/// {-1/2, -1/6, 1/6, 1/2}^3 the monomials minus their means are orthogonal, so each coefficient is one sum.
-void fit_quadratic(const NodeSamples& s, float q[10]) {
-  float nx[16], ny[16];
-  for (int i = 0; i < 16; ++i) {
-    nx[i] = static_cast<float>(i & 3) / 3.0f - 0.5f;
-    ny[i] = static_cast<float>(i >> 2) / 3.0f - 0.5f;
+/// Least-squares quadratic through the nodes, coordinates in cell sides from the centre. On a product grid that is even
+/// about 0 the monomials minus their means are orthogonal, so each coefficient is one sum.
+template <int edge>
+void fit_quadratic(const NodeSamples<edge>& s, float q[10]) {
+  F16 sum[10];
+  for (F16& v : sum) v = splat(0.0f);
+  for (int k = 0; k < s.blocks; ++k) {
+    const F16 x = load16(nodes<edge>.x + 16 * k), y = load16(nodes<edge>.y + 16 * k);
+    const F16 z = load16(nodes<edge>.z + 16 * k);
+    const F16 d = s.block[k] * load16(nodes<edge>.weight + 16 * k);
+    const F16 dx = d * x, dy = d * y, dz = d * z;
+    sum[0] += d;
+    sum[1] += dx, sum[2] += dy, sum[3] += dz;
+    sum[4] += dx * x, sum[5] += dy * y, sum[6] += dz * z;
+    sum[7] += dx * y, sum[8] += dx * z, sum[9] += dy * z;
   }
-  const F16 x = load16(nx), y = load16(ny);
-  constexpr float mean_square = 5.0f / 36.0f;  // of {1/4, 1/36}
-  constexpr float spread = 1.0f / 81.0f;       // variance of the same
-  const F16 xx = x * x - mean_square, yy = y * y - mean_square;
-  F16 sum = splat(0.0f), sum_z = sum, sum_zz = sum;
-  for (int k = 0; k < 4; ++k) {
-    const float z = static_cast<float>(k) / 3.0f - 0.5f;
-    sum += s.plane[k];
-    sum_z += s.plane[k] * z;
-    sum_zz += s.plane[k] * (z * z - mean_square);
-  }
-  constexpr float count = 64.0f;
-  q[4] = sum_lanes(sum * xx) / (count * spread);
-  q[5] = sum_lanes(sum * yy) / (count * spread);
-  q[6] = sum_lanes(sum_zz) / (count * spread);
-  q[0] = sum_lanes(sum) / count - mean_square * (q[4] + q[5] + q[6]);
-  q[1] = sum_lanes(sum * x) / (count * mean_square);
-  q[2] = sum_lanes(sum * y) / (count * mean_square);
-  q[3] = sum_lanes(sum_z) / (count * mean_square);
-  q[7] = sum_lanes(sum * x * y) / (count * mean_square * mean_square);
-  q[8] = sum_lanes(sum_z * x) / (count * mean_square * mean_square);
-  q[9] = sum_lanes(sum_z * y) / (count * mean_square * mean_square);
+  // Of edge evenly spaced points in [-1/2, 1/2]: the mean of x^2, and the variance of x^2.
+  constexpr float last = edge - 1;
+  constexpr float mean_square = (last + 2.0f) / (12.0f * last);
+  constexpr float fourth = mean_square * (3.0f * last * last + 6.0f * last - 4.0f) / (20.0f * last * last);
+  constexpr float spread = fourth - mean_square * mean_square;
+  constexpr float count = NodeTable<edge>::count;
+  const float all = sum_lanes(sum[0]);
+  for (int i = 1; i < 4; ++i) q[i] = sum_lanes(sum[i]) / (count * mean_square);
+  for (int i = 4; i < 7; ++i) q[i] = (sum_lanes(sum[i]) - mean_square * all) / (count * spread);
+  for (int i = 7; i < 10; ++i) q[i] = sum_lanes(sum[i]) / (count * mean_square * mean_square);
+  q[0] = all / count - mean_square * (q[4] + q[5] + q[6]);
 }
 
-/// Least and largest difference D - q at the nodes.
-FieldBounds node_residuals(const NodeSamples& s, const float q[10]) {
-  float nx[16], ny[16];
-  for (int i = 0; i < 16; ++i) {
-    nx[i] = static_cast<float>(i & 3) / 3.0f - 0.5f;
-    ny[i] = static_cast<float>(i >> 2) / 3.0f - 0.5f;
+/// The quadratic's values at the nodes.
+template <int edge>
+NodeSamples<edge> model_at_nodes(const float q[10]) {
+  NodeSamples<edge> model;
+  for (int k = 0; k < model.blocks; ++k) {
+    const F16 x = load16(nodes<edge>.x + 16 * k), y = load16(nodes<edge>.y + 16 * k);
+    const F16 z = load16(nodes<edge>.z + 16 * k);
+    model.block[k] =
+        q[0] + x * (q[1] + x * q[4] + y * q[7] + z * q[8]) + y * (q[2] + y * q[5] + z * q[9]) + z * (q[3] + z * q[6]);
   }
-  const F16 x = load16(nx), y = load16(ny);
-  F16 least = splat(infinity), most = splat(-infinity);
-  for (int k = 0; k < 4; ++k) {
-    const float z = static_cast<float>(k) / 3.0f - 0.5f;
-    const F16 model = (q[0] + z * (q[3] + z * q[6])) + x * (q[1] + q[8] * z) + y * (q[2] + q[9] * z) + x * x * q[4] +
-                      y * y * q[5] + x * y * q[7];
-    const F16 residual = s.plane[k] - model;
-    least = min_of(least, residual);
-    most = max_of(most, residual);
-  }
-  return {min_lane(least), max_lane(most)};
+  return model;
 }
 
-template <Kernel kernel>
-void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
-                Vec3 center, float half, SurfaceCell& cell) {
-  cell.kind = SurfaceCellKind::outside;
+/// Decides by samples at the nodes how a cell that may hold the surface stands to it, and fits its model.
+template <int edge, Kernel kernel>
+void sample_cell(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
+                 float rounding, SurfaceCell& cell) {
   const float threshold = 1.0f / frame.inverse_threshold;
-  if (static_cast<float>(count) < threshold) return;  // no kernel exceeds 1
-  // Rounding of the sums, here and where the field is evaluated, stays well under this.
-  const float rounding = 2e-6f * static_cast<float>(count) + 1e-5f * threshold;
-
-  pad(frame, list, count);
-
-  // Far outside: even with every particle at its nearest the sum stays under. Deep inside: the nearer particles alone
-  // are enough, and without the others the bounds are tighter too.
-  const float near_share = frame.reach > 4.9f * half ? 0.85f : 0.75f;
-  std::size_t near_count = 0;
-  const FirstLook look = first_look<kernel>(frame, list, count, center, half, near_share, near, near_count);
-  if (look.most + rounding < threshold) return;
-  if (look.at_center > 1.2f * threshold) {
-    if (proves_inside<kernel>(frame, near, near_count, center, half, threshold + rounding)) {
-      cell.kind = SurfaceCellKind::inside;
-      return;
-    }
-  }
-
-  const NodeSamples s = sample_nodes<kernel>(frame, list, count, center, half);
-  float most = -infinity, least = infinity;
-  for (int k = 0; k < 4; ++k) {
-    most = max_of(most, max_lane(s.plane[k]));
-    least = min_of(least, min_lane(s.plane[k]));
-  }
+  const NodeSamples<edge> s = sample_nodes<edge, kernel>(frame, list, count, center, half);
+  float most = most_node(s), least = least_node(s);
   for (int a = 0; a < 3; ++a) {
-    most += node_gap * max_of(0.0f, -s.least[a]);
-    least -= node_gap * max_of(0.0f, s.most[a]);
+    most += node_gap<edge> * max_of(0.0f, -s.least[a]);
+    least -= node_gap<edge> * max_of(0.0f, s.most[a]);
   }
   if (most + s.small_maximum + rounding < threshold) return;
   if (least - rounding > threshold) {
@@ -420,20 +435,22 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
 
   float q[10];
   fit_quadratic(s, q);
-  FieldBounds residual = node_residuals(s, q);
+  const NodeSamples<edge> model = model_at_nodes<edge>(q);
+  NodeSamples<edge> difference;
+  for (int k = 0; k < s.blocks; ++k) difference.block[k] = s.block[k] - model.block[k];
+  FieldBounds residual{least_node(difference), most_node(difference)};
   for (int a = 0; a < 3; ++a) {
     const float curve = 2.0f * q[4 + a];
-    residual.most += node_gap * max_of(0.0f, curve - s.least[a]);
-    residual.least -= node_gap * max_of(0.0f, s.most[a] - curve);
+    residual.most += node_gap<edge> * max_of(0.0f, curve - s.least[a]);
+    residual.least -= node_gap<edge> * max_of(0.0f, s.most[a] - curve);
   }
   residual.most += s.small_maximum;
 
   // The quadratic's own range over the cell: its nodes, and half a gap's worth of its curvature between them.
-  const FieldBounds at_nodes = node_residuals(NodeSamples{}, q);
   float bend = 0.0f;
-  for (int a = 0; a < 3; ++a) bend += node_gap * fabsf(2.0f * q[4 + a]);
-  if (-at_nodes.least + bend + residual.most + rounding < threshold) return;
-  if (-at_nodes.most - bend + residual.least - rounding > threshold) {
+  for (int a = 0; a < 3; ++a) bend += node_gap<edge> * fabsf(2.0f * q[4 + a]);
+  if (most_node(model) + bend + residual.most + rounding < threshold) return;
+  if (least_node(model) - bend + residual.least - rounding > threshold) {
     cell.kind = SurfaceCellKind::inside;
     return;
   }
@@ -447,6 +464,39 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
   for (int i = 4; i < 10; ++i) cell.quadratic[i] = q[i] * per_side / side;
   cell.upper = (residual.most + rounding) * frame.inverse_threshold;
   cell.lower = (rounding - residual.least) * frame.inverse_threshold;
+}
+
+template <Kernel kernel>
+void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
+                Vec3 center, float half, SurfaceCell& cell) {
+  cell.kind = SurfaceCellKind::outside;
+  const float threshold = 1.0f / frame.inverse_threshold;
+  if (static_cast<float>(count) < threshold) return;  // no kernel exceeds 1
+  // Rounding of the sums, here and where the field is evaluated, stays well under this; so does what the nodes' rough
+  // kernel departs from the true one.
+  const float rounding = (2e-6f + KernelLanes<kernel>::rough_error) * static_cast<float>(count) + 1e-5f * threshold;
+
+  pad(frame, list, count);
+
+  // Far outside: even with every particle at its nearest the sum stays under. Deep inside: the nearer particles alone
+  // are enough, and without the others the bounds are tighter too.
+  constexpr float near_share = 0.65f;
+  std::size_t near_count = 0;
+  const FirstLook look = first_look<kernel>(frame, list, count, center, half, near_share, near, near_count);
+  if (look.most + rounding < threshold) return;
+  if (look.at_center > 1.2f * threshold) {
+    if (proves_inside<kernel>(frame, near, near_count, center, half, threshold + rounding)) {
+      cell.kind = SurfaceCellKind::inside;
+      return;
+    }
+  }
+
+  // The finer the nodes, the tighter the model is known: dear in the long lists of wide kernels, where it gains less.
+  if (frame.equal_radii && frame.reach > 4.9f * half) {
+    sample_cell<5, kernel>(frame, list, count, center, half, rounding, cell);
+  } else {
+    sample_cell<6, kernel>(frame, list, count, center, half, rounding, cell);
+  }
 }
 
 void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,

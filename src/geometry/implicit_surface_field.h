@@ -62,9 +62,9 @@ EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCe
     const std::uint16_t* list = (recovered ? s.packed_recovered : s.packed_lists) + block * stride;
     p.inverse_influence = splat(equal_inverse_influence<branch>(s));
     const float scale = equal_inverse_influence<branch>(s) / s.lattice_per_cell;
-    p.x = (load16(list) - origin.x) * scale;
-    p.y = (load16(list + 16) - origin.y) * scale;
-    p.z = (load16(list + 32) - origin.z) * scale;
+    p.x = load16(list) * scale - origin.x;
+    p.y = load16(list + 16) * scale - origin.y;
+    p.z = load16(list + 32) * scale - origin.z;
     if constexpr (recovered) p.weight = load16(list + 48) * (1.0f / 65535.0f);
   } else {
     constexpr std::size_t stride = recovered ? wide_recovered_stride : wide_stride;
@@ -78,12 +78,13 @@ EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCe
   return p;
 }
 
-/// A point of the cell in the coordinates of its lists.
-template <bool equal_radii>
+/// A point of the cell as load_block wants it: in influence radii from the lattice's zero, or as it is where radii differ.
+template <SurfaceBranch branch, bool equal_radii>
 EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
   if constexpr (equal_radii) {
-    const float shift = s.lattice_bias + 0.5f * s.lattice_per_cell;
-    return y * s.lattice_per_cell + Vec3{shift, shift, shift};
+    const float radii = equal_inverse_influence<branch>(s);
+    const float shift = (s.lattice_bias / s.lattice_per_cell + 0.5f) * radii;
+    return y * radii + Vec3{shift, shift, shift};
   } else {
     return y;
   }
@@ -98,7 +99,7 @@ enum class BoundsFor {
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bounds>
 EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                           const Vec3& d, float begin, float end) {
-  const Vec3 origin = list_coordinates<equal_radii>(s, y);
+  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
   F16 value = splat(0.0f), slope = value, up = value, down = value;
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
@@ -138,7 +139,7 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y) {
-  const Vec3 origin = list_coordinates<equal_radii>(s, y);
+  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
   F16 value = splat(0.0f);
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
@@ -152,7 +153,7 @@ EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCel
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                            float within) {
-  const Vec3 origin = list_coordinates<equal_radii>(s, y);
+  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
   F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx, sum = wx;
   for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
@@ -195,7 +196,7 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                              const Vec3& d) {
   constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
-  const Vec3 origin = list_coordinates<equal_radii>(s, y);
+  const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
   const F16 nowhere = splat(infinity), before = splat(-infinity), zero = splat(0.0f);
   const F16 edge = splat(support * support), ball = splat(0.25f);
   F16 begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;

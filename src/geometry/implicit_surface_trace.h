@@ -30,8 +30,6 @@ struct Parabola {
 
 /// The bracket's width at which a crossing is found: 3e-4 of a cell, 6e-4 R0. The crossing returned is far nearer.
 inline constexpr float crossing_tolerance = 3e-4f;
-/// Blocks of a list up to which tight bounds are worth their cost at once.
-inline constexpr std::uint32_t longest_tight_list = 6;
 /// How far from a hit, in influence radii, the bounds on the field's curvature are asked for.
 inline constexpr float clearance_reach = 0.3f;
 /// The least clearance, in grid units, that stands for more than the rounding of a ray's origin.
@@ -64,6 +62,11 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
   return p.at(high) > p.at(low) ? high : low;
 }
 
+/// F at t of a ray, and -down <= F'' <= up as far as is asked about.
+struct LineExpansion {
+  float t, value, slope, up, down;
+};
+
 /// First t in [low, high] at which F = sign * g reaches 0 from below, g the field of one branch. `origin` is relative
 /// to the cell's centre; F <= model + slack. `guess` is where to look first; but a ray that starts on the surface is
 /// looked at there before (F may be a rounding error above 0), and with `at_low` the field at `low` is known.
@@ -75,75 +78,80 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
   float sure = infinity;  // F has reached 0 by here
   float t = starts_on_surface || at_low != nullptr ? low : guess;
   float last_width = infinity;
+  // What the last evaluation that did not reach back to `low` proved: no crossing in (free_from, free_to).
+  LineExpansion skipped{};
+  float free_from = infinity, free_to = 0.0f;
   for (int i = 0; i < 200; ++i) {
     const Vec3 y = origin + direction * t;
     const float end = min_of(high, sure);
     FieldOnLine g;
     if (i == 0 && at_low != nullptr) {
       g = *at_low;
-    } else if (branch == SurfaceBranch::main && i == 0 && cell.list_blocks > longest_tight_list) {
-      // In a long list the cheap bounds mostly do at once; where they do not, tight ones for what is left of the segment.
-      g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f, 0.0f);
     } else {
       g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, end - t);
     }
-    const float value = sign * g.value;
-    const float slope = sign * g.slope;
-    const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
-    const float down = max_of(sign > 0.0f ? g.down : g.up, 1e-12f);
+    LineExpansion f{t, sign * g.value, sign * g.slope, max_of(sign > 0.0f ? g.up : g.down, 1e-12f),
+                    max_of(sign > 0.0f ? g.down : g.up, 1e-12f)};
 
     // Where radii differ, what matters is small against the scale on which the field changes.
     const float tolerance =
-        equal_radii ? crossing_tolerance : crossing_tolerance * min_of(1.0f, 1.0f / max_of(fabsf(slope), 1e-6f));
+        equal_radii ? crossing_tolerance : crossing_tolerance * min_of(1.0f, 1.0f / max_of(fabsf(f.slope), 1e-6f));
     // Around t, F stays under value + slope s + up s^2 / 2: the interval where that is negative is free.
-    const float disc = slope * slope - 2.0f * up * value;
-    bool gap = true;
-    if (value < 0.0f) {
+    const float disc = f.slope * f.slope - 2.0f * f.up * f.value;
+    float from = infinity, to = 0.0f;
+    if (f.value < 0.0f) {
       const float root = sqrtf(disc);
-      const float before = slope > 0.0f ? (slope + root) / up : -2.0f * value / (root - slope);
-      const float after = slope > 0.0f ? -2.0f * value / (slope + root) : (root - slope) / up;
-      if (t - before <= low) {
-        gap = false;
-        low = max_of(low, min_of(t + after, end + tolerance));
-      }
+      from = t - (f.slope > 0.0f ? (f.slope + root) / f.up : -2.0f * f.value / (root - f.slope));
+      to = min_of(t + (f.slope > 0.0f ? -2.0f * f.value / (f.slope + root) : (root - f.slope) / f.up), end + tolerance);
       // And over value + slope s - down s^2 / 2, which may prove a crossing.
-      const float lower_disc = slope * slope + 2.0f * down * value;
-      if (slope > 0.0f && lower_disc >= 0.0f) {
-        const float proven = t - 2.0f * value / (slope + sqrtf(lower_disc));
+      const float lower_disc = f.slope * f.slope + 2.0f * f.down * f.value;
+      if (f.slope > 0.0f && lower_disc >= 0.0f) {
+        const float proven = t - 2.0f * f.value / (f.slope + sqrtf(lower_disc));
         if (proven <= end) sure = proven;
       }
-    } else if (starts_on_surface && i == 0 && value < rounding_on_surface) {
+    } else if (starts_on_surface && i == 0 && f.value < rounding_on_surface) {
       // The ray starts on the surface: rounding put it across. It leaves within the smaller root of the bound.
-      if (slope < 0.0f && disc > 0.0f) {
-        const float root = sqrtf(disc);
-        low += 2.0f * value / (root - slope);
-        low = max_of(low, t + (root - slope) / up);
-        gap = false;
-      } else if (slope < 0.0f) {
-        low += tolerance;
-        gap = false;
-      } else {
+      if (f.slope >= 0.0f) {
         t_hit = t;
         return true;
       }
+      from = low;
+      if (disc > 0.0f) {
+        const float root = sqrtf(disc);
+        to = max_of(low + 2.0f * f.value / (root - f.slope), t + (root - f.slope) / f.up);
+      } else {
+        to = low + tolerance;
+      }
     } else {
       sure = min_of(sure, t);
-      if (slope > 0.0f && disc > 0.0f) {
+      if (f.slope > 0.0f && disc > 0.0f) {
         const float root = sqrtf(disc);
-        if (t - (slope + root) / up <= low) {
-          gap = false;
-          low = max_of(low, t - 2.0f * value / (slope + root));
-        }
+        from = t - (f.slope + root) / f.up;
+        to = t - 2.0f * f.value / (f.slope + root);
+      }
+    }
+    const bool gap = !(from <= low);
+    if (gap) {
+      skipped = f;
+      free_from = from;
+      free_to = to;
+    } else {
+      low = max_of(low, to);
+      if (free_from <= low) {
+        // The interval that was skipped joins on: go on from what is known there.
+        low = max_of(low, free_to);
+        f = skipped;
+        free_from = infinity;
       }
     }
 
     if (low > high) return false;
-    const float newton = slope > 0.0f ? t - value / slope : infinity;
+    const float newton = f.slope > 0.0f ? f.t - f.value / f.slope : infinity;
     if (sure < infinity) {
       const float width = sure - low;
       // Found: within the tolerance, or where the slope cannot turn before it, so that the crossing is the only one
       // there and Newton's steps lead to it (fill_hit takes the last ones).
-      const bool monotone = slope > 2.0f * max_of(up, down) * max_of(t - low, sure - t);
+      const bool monotone = f.slope > 2.0f * max_of(f.up, f.down) * max_of(f.t - low, sure - f.t);
       if (width <= tolerance || monotone) {
         t_hit = newton > low && newton < sure ? newton : 0.5f * (low + sure);
         return t_hit <= high;
@@ -196,12 +204,11 @@ struct CellCrossing {
 };
 
 /// First crossing of the main field's side change within [low, high]; `origin` is relative to the cell's centre
-/// and t = 0 there.
+/// and t = 0 there; `model` is that of model_along.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
-                                   const Vec3& direction, float sign, float low, float high, bool starts_on_surface,
-                                   float& t) {
-  const Parabola model = model_along(cell, origin, direction, sign);
+                                   const Vec3& direction, float sign, const Parabola& model, float low, float high,
+                                   bool starts_on_surface, float& t) {
   const float slack = sign > 0.0f ? cell.upper : cell.lower;
   if (!first_possible(model, slack, low, high)) return false;
   const float guess = likely_crossing(model, low, high);
@@ -215,7 +222,7 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
                                         const Vec3& direction, float sign, float low, float high,
                                         bool starts_on_surface, const FieldOnLine* at_low, float& t) {
   const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
-  float guess = span.ball_exit;
+  float guess = span.ball_exit > low ? min_of(span.ball_exit, high) : low;
   if (sign > 0.0f) {
     if (span.most < 0.9999f) return false;
     low = max_of(low, span.begin);
@@ -228,11 +235,11 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
                                                                        low, high, guess, starts_on_surface, at_low, t);
 }
 
-/// First crossing of the union's surface within [low, high] of one near cell.
+/// First crossing of the union's surface within [low, high] of one near cell; `model` is that of model_along.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
-                                   const Vec3& direction, bool inside, float low, float high, const RayStart& start,
-                                   CellCrossing& hit) {
+                                   const Vec3& direction, bool inside, const Parabola& model, float low, float high,
+                                   const RayStart& start, CellCrossing& hit) {
   // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
   const bool main_start = start.on_surface && start.clear_main == 0.0f;
   const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
@@ -240,8 +247,8 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   const bool has_recovered = cell.recovered_blocks > 0;
   if (!inside) {
     bool found = false;
-    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_main),
-                                                       high, main_start, hit.t)) {
+    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, model,
+                                                       max_of(low, start.clear_main), high, main_start, hit.t)) {
       hit.branch = SurfaceBranch::main;
       found = true;
       high = hit.t;
@@ -261,8 +268,8 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   for (int i = 0; i < 16; ++i) {
     float t = low;
     if (has_main) {
-      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, max_of(low, start.clear_main), high,
-                                              main_start && i == 0, t)) {
+      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, model, max_of(low, start.clear_main),
+                                              high, main_start && i == 0, t)) {
         return false;
       }
       if (i > 0 && t <= low + crossing_tolerance) return true;
@@ -272,12 +279,21 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (!has_recovered) return true;
     low = max_of(low, start.clear_recovered);
     if (low > high) return false;
-    const FieldOnLine r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(
-        s, cell, origin + direction * low, direction, 0.0f, 0.0f);
-    const bool on_its_surface = fabsf(r.value) < rounding_on_surface;
-    if (r.value <= 0.0f && !(recovered_start && i == 0 && on_its_surface && r.slope > 0.0f)) return true;
-    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high,
-                                                 on_its_surface && r.slope > 0.0f, &r, t)) {
+    const bool may_start = recovered_start && i == 0;
+    FieldOnLine r;
+    const FieldOnLine* at_low = nullptr;
+    bool starts = false;
+    // Without the main field the ray is known to be inside the recovered one, unless it starts on its surface.
+    if (has_main || i > 0 || may_start) {
+      const Vec3 y = origin + direction * low;
+      if (!may_start && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y) <= 0.0f) return true;
+      r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f,
+                                                                                        0.0f);
+      starts = fabsf(r.value) < rounding_on_surface && r.slope > 0.0f;
+      if (r.value <= 0.0f && !(may_start && starts)) return true;
+      at_low = &r;
+    }
+    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, t)) {
       return false;
     }
     hit = {t, SurfaceBranch::recovered};
@@ -331,49 +347,67 @@ EMBRUN_FN float box_exit(const GridRay& ray, Vec3 low, Vec3 high, int& axis) {
   return axis == 0 ? tx : axis == 1 ? ty : tz;
 }
 
-/// The part [low, high] of a ray inside one near top cell, whose children are walked front to back.
+/// The part [low, high] of a ray inside one cell that is near and not split; `origin` is relative to its centre.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell* cell, Vec3 center,
-                                   const GridRay& ray, bool inside, float low, float high, RayStart start, float& t,
-                                   SurfaceHit& hit) {
-  float half = 0.5f;
-  const SurfaceCell* const top = cell;
-  const Vec3 top_center = center;
+EMBRUN_LOCAL_FN bool leaf_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                              const Vec3& direction, bool inside, const Parabola& model, float low, float high,
+                              const RayStart& start, float& t, SurfaceHit& hit) {
+  CellCrossing crossing;
+  if (!cell_crossing<kernel, equal_radii>(s, cell, origin, direction, inside, model, low, high, start, crossing)) {
+    return false;
+  }
+  fill_hit<kernel, equal_radii>(s, cell, origin, direction, crossing, inside, hit);
+  t = crossing.t;
+  return true;
+}
+
+/// The same for a split cell, whose children are walked front to back. `center`: of the top cell.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool split_hit(const ImplicitSurfaceView& s, const SurfaceCell& top, const Vec3& center,
+                               const GridRay& ray, bool inside, float low, float high, RayStart start, float& t,
+                               SurfaceHit& hit) {
   for (int guard = 0; guard < 4096; ++guard) {
-    float end = high;
-    if (top->kind == SurfaceCellKind::split) {
-      // Descend to the leaf that holds the ray at `low`, from the top each time.
-      cell = top;
-      center = top_center;
-      half = 0.5f;
-      const Vec3 p = ray.origin + ray.direction * low;
-      while (cell->kind == SurfaceCellKind::split) {
-        half *= 0.5f;
-        const bool x = p.x > center.x || (p.x == center.x && ray.direction.x > 0.0f);
-        const bool y = p.y > center.y || (p.y == center.y && ray.direction.y > 0.0f);
-        const bool z = p.z > center.z || (p.z == center.z && ray.direction.z > 0.0f);
-        center += Vec3{x ? half : -half, y ? half : -half, z ? half : -half};
-        cell = s.cell + cell->list + (x ? 1 : 0) + (y ? 2 : 0) + (z ? 4 : 0);
-      }
-      int axis;
-      const Vec3 h{half, half, half};
-      end = min_of(high, max_of(box_exit(ray, center - h, center + h, axis), low));
+    // Descend to the leaf that holds the ray at `low`, from the top each time.
+    const SurfaceCell* cell = &top;
+    Vec3 middle = center;
+    float half = 0.5f;
+    const Vec3 p = ray.origin + ray.direction * low;
+    while (cell->kind == SurfaceCellKind::split) {
+      half *= 0.5f;
+      const bool x = p.x > middle.x || (p.x == middle.x && ray.direction.x > 0.0f);
+      const bool y = p.y > middle.y || (p.y == middle.y && ray.direction.y > 0.0f);
+      const bool z = p.z > middle.z || (p.z == middle.z && ray.direction.z > 0.0f);
+      middle += Vec3{x ? half : -half, y ? half : -half, z ? half : -half};
+      cell = s.cell + cell->list + (x ? 1 : 0) + (y ? 2 : 0) + (z ? 4 : 0);
     }
+    int axis;
+    const Vec3 h{half, half, half};
+    const float end = min_of(high, max_of(box_exit(ray, middle - h, middle + h, axis), low));
     if (cell->kind == SurfaceCellKind::near) {
-      const Vec3 origin = ray.origin - center;
-      CellCrossing crossing;
-      if (cell_crossing<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, low, end, start, crossing)) {
-        fill_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, crossing, inside, hit);
-        t = crossing.t;
+      const Vec3 origin = ray.origin - middle;
+      const Parabola model = model_along(*cell, origin, ray.direction, inside ? -1.0f : 1.0f);
+      if (leaf_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, model, low, end, start, t, hit)) {
         return true;
       }
       start.on_surface = false;
     }
-    if (end >= high) return false;
     low = end + 1e-6f + 1e-6f * half;
-    if (low >= high) return false;
+    if (end >= high || low >= high) return false;
   }
   return false;
+}
+
+/// The part [low, high] of a ray inside one near top cell.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& center,
+                                   const GridRay& ray, bool inside, float low, float high, const RayStart& start,
+                                   float& t, SurfaceHit& hit) {
+  if (cell.kind == SurfaceCellKind::split) {
+    return split_hit<kernel, equal_radii>(s, cell, center, ray, inside, low, high, start, t, hit);
+  }
+  const Vec3 origin = ray.origin - center;
+  const Parabola model = model_along(cell, origin, ray.direction, inside ? -1.0f : 1.0f);
+  return leaf_hit<kernel, equal_radii>(s, cell, origin, ray.direction, inside, model, low, high, start, t, hit);
 }
 
 /// The word of a top-level cell.
@@ -422,22 +456,31 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, const Vec
   return cell->recovered_blocks > 0 && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
 }
 
-/// Walks the top grid from t = low to high (grid units from ray.origin).
+/// Where a ray starts to walk the grid at t = low: its cell, whose word is returned, and its side there. `start` is what
+/// is known of the ray's start already.
 template <Kernel kernel, bool equal_radii>
-EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side,
-                               RayStart start, float& t, SurfaceHit& hit) {
+EMBRUN_LOCAL_FN std::uint32_t start_walk(const ImplicitSurfaceView& s, const GridRay& ray, float low, Side side,
+                                         int cell[3], bool& inside, RayStart& start) {
   const Vec3 first = ray.origin + ray.direction * low;
-  int c[3];
-  for (int a = 0; a < 3; ++a) c[a] = min_of(max_of(static_cast<int>(floorf(first[a])), 0), s.cells[a] - 1);
-  std::uint32_t word = *surface_word(s, c[0], c[1], c[2]);
-
+  for (int a = 0; a < 3; ++a) cell[a] = min_of(max_of(static_cast<int>(floorf(first[a])), 0), s.cells[a] - 1);
+  const std::uint32_t word = *surface_word(s, cell[0], cell[1], cell[2]);
   start.on_surface = side != Side::unknown;
-  bool inside = side == Side::inside;
+  inside = side == Side::inside;
   if ((word & cell_word::near) == 0) {
     inside = (word & cell_word::inside) != 0;
   } else if (side == Side::unknown) {
     inside = contains_grid_point<kernel, equal_radii>(s, first);
   }
+  return word;
+}
+
+/// Walks the top grid from t = low to high (grid units from ray.origin).
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray, float low, float high, Side side,
+                               RayStart start, float& t, SurfaceHit& hit) {
+  int c[3];
+  bool inside;
+  std::uint32_t word = start_walk<kernel, equal_radii>(s, ray, low, side, c, inside, start);
 
   const int sx = ray.direction.x >= 0.0f, sy = ray.direction.y >= 0.0f, sz = ray.direction.z >= 0.0f;
   const int octant = sx + 2 * sy + 4 * sz;
@@ -464,7 +507,7 @@ EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray,
       next = *surface_word(s, c[0], c[1], c[2]);
       if ((next & cell_word::near) != 0) prefetch(surface_record(s, next));
     }
-    if (near && near_cell_hit<kernel, equal_radii>(s, surface_record(s, word), corner + Vec3{0.5f, 0.5f, 0.5f}, ray,
+    if (near && near_cell_hit<kernel, equal_radii>(s, *surface_record(s, word), corner + Vec3{0.5f, 0.5f, 0.5f}, ray,
                                                    inside, low, min_of(end, high), start, t, hit)) {
       return true;
     }
@@ -509,36 +552,45 @@ EMBRUN_FN bool to_grid(const ImplicitSurfaceView& s, const Ray& ray, GridRay& lo
   return true;
 }
 
+/// What is known of the start of a ray that was brought to the grid; returns the side it starts on.
+EMBRUN_FN Side known_start(const ImplicitSurfaceView& s, const Ray& ray, Side side, double moved, RayStart& known) {
+  // A ray that was brought to the grid starts outside, whatever was said of its origin.
+  if (side == Side::unknown || moved > static_cast<double>(ray.t_min) * s.cells_per_metre) return Side::unknown;
+  // A clearance that is hardly more than the rounding of the origin is as good as none.
+  const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
+  if (clear > least_clearance) (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;
+  return side;
+}
+
+/// Gives a hit at t of a ray in grid units its place in the scene.
+EMBRUN_FN void place_hit(const ImplicitSurfaceView& s, const GridRay& ray, double moved, float t, SurfaceHit& hit) {
+  hit.t = static_cast<float>((moved + static_cast<double>(t)) * static_cast<double>(s.cell_size));
+  for (int a = 0; a < 3; ++a) {
+    hit.position[a] =
+        static_cast<float>(s.origin[a] + static_cast<double>(s.cell_size) *
+                                             (static_cast<double>(ray.origin[a]) +
+                                              static_cast<double>(ray.direction[a]) * static_cast<double>(t)));
+  }
+}
+
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool intersect_surface_as(const ImplicitSurfaceView& s, const Ray& ray, Side side, SurfaceHit& hit) {
   GridRay local;
   double moved;
   float low, high;
   if (!to_grid(s, ray, local, moved, low, high)) return false;
-  float t;
-  // A ray that was brought to the grid starts outside, whatever was said of its origin.
-  const Side start = moved > static_cast<double>(ray.t_min) * s.cells_per_metre ? Side::unknown : side;
-  // A clearance that is hardly more than the rounding of the origin is as good as none.
   RayStart known;
-  const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
-  if (start != Side::unknown && clear > least_clearance)
-    (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;
+  const Side start = known_start(s, ray, side, moved, known);
+  float t;
   if (!walk_grid<kernel, equal_radii>(s, local, low, high, start, known, t, hit)) return false;
-  const double distance = moved + static_cast<double>(t);
-  hit.t = static_cast<float>(distance * static_cast<double>(s.cell_size));
-  for (int a = 0; a < 3; ++a) {
-    hit.position[a] =
-        static_cast<float>(s.origin[a] + static_cast<double>(s.cell_size) *
-                                             (static_cast<double>(local.origin[a]) +
-                                              static_cast<double>(local.direction[a]) * static_cast<double>(t)));
-  }
+  place_hit(s, local, moved, t, hit);
   return true;
 }
 
 /// First crossing of the surface with t in (ray.t_min, ray.t_max). `side` is where the ray starts: for a ray that
 /// leaves the surface what its BSDF chose, so that a rounded origin does not decide; unknown asks the field.
 /// `ray.clearance` must be of this surface (see clearance_after), or 0.
-/// False when there is none; `hit` is then unspecified.
+/// False when there is none; `hit` is then left alone.
 EMBRUN_LOCAL_FN bool intersect_implicit_surface(const ImplicitSurfaceView& s, const Ray& ray, Side side,
                                                 SurfaceHit& hit) {
   if (s.equal_radii) {
@@ -555,44 +607,6 @@ EMBRUN_LOCAL_FN bool intersect_implicit_surface(const ImplicitSurfaceView& s, co
     }
   }
   return false;
-}
-
-/// How far a ray of a batch is from its turn when its data are called for: word, then record, then list, each found
-/// through the one before.
-enum class PrefetchStage { word, record, list };
-
-/// Rays ahead in a batch at which each stage is called for.
-inline constexpr int prefetch_word_ahead = 9, prefetch_record_ahead = 6, prefetch_list_ahead = 3;
-
-/// Calls for what the first cell of a ray will need. Worth it for rays that start at the surface; does nothing for one
-/// that starts outside the grid.
-template <PrefetchStage stage>
-EMBRUN_FN void prefetch_surface(const ImplicitSurfaceView& s, const Ray& ray) {
-  const float scale = 1.0f / s.cell_size;
-  const int x = static_cast<int>((ray.origin.x - static_cast<float>(s.origin[0])) * scale);
-  const int y = static_cast<int>((ray.origin.y - static_cast<float>(s.origin[1])) * scale);
-  const int z = static_cast<int>((ray.origin.z - static_cast<float>(s.origin[2])) * scale);
-  if (static_cast<unsigned>(x) >= static_cast<unsigned>(s.cells[0]) ||
-      static_cast<unsigned>(y) >= static_cast<unsigned>(s.cells[1]) ||
-      static_cast<unsigned>(z) >= static_cast<unsigned>(s.cells[2])) {
-    return;
-  }
-  const std::uint32_t* word = surface_word(s, x, y, z);
-  if constexpr (stage == PrefetchStage::word) {
-    prefetch(word);
-  } else {
-    if ((*word & cell_word::near) == 0) return;
-    const SurfaceCell* cell = surface_record(s, *word);
-    if constexpr (stage == PrefetchStage::record) {
-      prefetch(cell);
-    } else if (cell->kind == SurfaceCellKind::near) {
-      const std::size_t block = s.equal_radii ? packed_stride * sizeof(std::uint16_t) : wide_stride * sizeof(float);
-      const char* list =
-          s.equal_radii ? reinterpret_cast<const char*>(s.packed_lists) : reinterpret_cast<const char*>(s.wide_lists);
-      const std::size_t begin = cell->list * block, end = begin + cell->list_blocks * block;
-      for (std::size_t at = begin; at < end; at += 64) prefetch(list + at);
-    }
-  }
 }
 
 /// Whether a point (scene coordinates) is inside the body.

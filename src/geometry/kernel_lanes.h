@@ -36,8 +36,25 @@ EMBRUN_FN F16 exp_of(F16 x) {
 template <Kernel kernel>
 struct KernelLanes;
 
+// Each also has what the build samples by the hundred at a time: rough_value, within rough_error of the kernel, and
+// value_beyond_core, the same for u >= `core`.
+
 template <>
 struct KernelLanes<Kernel::metaball> {
+  static constexpr float core = 1.0f / 3.0f;
+  /// |f'| u <= 3/4, times the error of rough_rsqrt_of.
+  static constexpr float rough_error = 0.75f * 6.6e-4f;
+  static EMBRUN_FN F16 value_beyond_core(F16 q) {
+    const F16 outer = max_of(1.0f - q * rough_rsqrt_of(q), splat(0.0f));
+    return 1.5f * outer * outer;
+  }
+  static EMBRUN_FN F16 rough_value(F16 q) {
+    const F16 safe = max_of(q, splat(1e-12f));
+    const F16 u = safe * rough_rsqrt_of(safe);
+    const F16 outer = max_of(1.0f - u, splat(0.0f));
+    const F16 inner = max_of(1.0f - 3.0f * u, splat(0.0f));
+    return 1.5f * outer * outer - 0.5f * inner * inner;
+  }
   static EMBRUN_FN F16 value(F16 q) {
     const F16 safe = max_of(q, splat(1e-12f));
     const F16 u = safe * rsqrt_of(safe);
@@ -101,6 +118,9 @@ struct KernelLanes<Kernel::metaball> {
 
 template <>
 struct KernelLanes<Kernel::zhu_bridson> {
+  static constexpr float core = 0.0f, rough_error = 0.0f;
+  static EMBRUN_FN F16 value_beyond_core(F16 q) { return value(q); }
+  static EMBRUN_FN F16 rough_value(F16 q) { return value(q); }
   static EMBRUN_FN F16 value(F16 q) {
     const F16 w = max_of(1.0f - q, splat(0.0f));
     return w * w * w;
@@ -129,6 +149,9 @@ struct KernelLanes<Kernel::zhu_bridson> {
 
 template <>
 struct KernelLanes<Kernel::blinn> {
+  static constexpr float core = 0.0f, rough_error = 0.0f;
+  static EMBRUN_FN F16 value_beyond_core(F16 q) { return value(q); }
+  static EMBRUN_FN F16 rough_value(F16 q) { return value(q); }
   static EMBRUN_FN F16 value(F16 q) {
     const F16 w = above_cut(q);
     return blinn_scale * max_of(exp_of(w) - 1.0f - w, splat(0.0f));

@@ -127,6 +127,11 @@ EMBRUN_FN F16 min_of(F16 a, F16 b) {
   EMBRUN_FOR_LANE_PARTS a.part[i] = smaller(a.part[i], b.part[i]);
   return a;
 }
+EMBRUN_FN float lane_of(const F16& v, int lane) {
+  float r;
+  __builtin_memcpy(&r, reinterpret_cast<const char*>(&v) + 4 * lane, sizeof r);
+  return r;
+}
 /// Lane by lane: a < b ? yes : no.
 EMBRUN_FN F16 select_less(F16 a, F16 b, F16 yes, F16 no) {
   EMBRUN_FOR_LANE_PARTS a.part[i] = a.part[i] < b.part[i] ? yes.part[i] : no.part[i];
@@ -167,6 +172,18 @@ EMBRUN_FN F16 rsqrt_of(F16 x) {
   return y;
 }
 
+/// The same in fewer steps, relative error at most 6.6e-4 [Kadlec2010].
+EMBRUN_FN F16 rough_rsqrt_of(F16 x) {
+  F16 y;
+  EMBRUN_FOR_LANE_PARTS {
+    LaneIntRegister bits;
+    __builtin_memcpy(&bits, &x.part[i], sizeof bits);
+    bits = 0x5f1ffff9 - (bits >> 1);
+    __builtin_memcpy(&y.part[i], &bits, sizeof bits);
+  }
+  return y * (1.68191391f - 0.703952253f * x * (y * y));
+}
+
 /// 2^k for lanes that hold integers k in [-126, 127].
 EMBRUN_FN F16 power_of_two(F16 k) {
   F16 r;
@@ -180,6 +197,169 @@ EMBRUN_FN F16 power_of_two(F16 k) {
     __builtin_memcpy(&r.part[i], &bits, sizeof bits);
   }
   return r;
+}
+
+/// Sixteen 32-bit integers; as a truth value a lane is -1 or 0.
+struct I16 {
+  LaneIntRegister part[lane_registers];
+};
+
+#define EMBRUN_INT_LANES_BINARY(op)                           \
+  EMBRUN_FN I16 operator op(I16 a, I16 b) {                   \
+    I16 r;                                                    \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b.part[i]; \
+    return r;                                                 \
+  }                                                           \
+  EMBRUN_FN I16 operator op(I16 a, std::int32_t b) {          \
+    I16 r;                                                    \
+    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b;         \
+    return r;                                                 \
+  }
+EMBRUN_INT_LANES_BINARY(+)
+EMBRUN_INT_LANES_BINARY(-)
+EMBRUN_INT_LANES_BINARY(*)
+EMBRUN_INT_LANES_BINARY(&)
+EMBRUN_INT_LANES_BINARY(|)
+EMBRUN_INT_LANES_BINARY(^)
+EMBRUN_INT_LANES_BINARY(>>)
+EMBRUN_INT_LANES_BINARY(<<)
+#undef EMBRUN_INT_LANES_BINARY
+
+EMBRUN_FN I16 splat_int(std::int32_t v) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = LaneIntRegister{} + v;
+  return r;
+}
+EMBRUN_FN I16 load16(const std::int32_t* p) {
+  I16 r;
+  __builtin_memcpy(&r, p, sizeof r);
+  return r;
+}
+EMBRUN_FN void store16(std::int32_t* p, I16 v) { __builtin_memcpy(p, &v, sizeof v); }
+
+// Comparisons give truth values.
+EMBRUN_FN I16 less(F16 a, F16 b) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] < b.part[i];
+  return r;
+}
+EMBRUN_FN I16 at_most(F16 a, F16 b) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] <= b.part[i];
+  return r;
+}
+EMBRUN_FN I16 less(I16 a, I16 b) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] < b.part[i];
+  return r;
+}
+EMBRUN_FN I16 equal(I16 a, I16 b) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] == b.part[i];
+  return r;
+}
+EMBRUN_FN F16 select(I16 condition, F16 yes, F16 no) {
+  EMBRUN_FOR_LANE_PARTS yes.part[i] = condition.part[i] != 0 ? yes.part[i] : no.part[i];
+  return yes;
+}
+EMBRUN_FN I16 select(I16 condition, I16 yes, I16 no) {
+  EMBRUN_FOR_LANE_PARTS yes.part[i] = condition.part[i] != 0 ? yes.part[i] : no.part[i];
+  return yes;
+}
+
+EMBRUN_FN F16 to_float(I16 v) {
+  F16 r;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__CUDACC__)
+    r.part[i] = static_cast<float>(v.part[i]);
+#else
+    r.part[i] = __builtin_convertvector(v.part[i], LaneRegister);
+#endif
+  }
+  return r;
+}
+/// Towards zero; of lanes that an integer can hold.
+EMBRUN_FN I16 truncate(F16 v) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__CUDACC__)
+    r.part[i] = static_cast<std::int32_t>(v.part[i]);
+#else
+    r.part[i] = __builtin_convertvector(v.part[i], LaneIntRegister);
+#endif
+  }
+  return r;
+}
+EMBRUN_FN I16 floor_of(F16 v) {
+  const I16 t = truncate(v);
+  return t + less(v, to_float(t));
+}
+
+/// The truth value with these bits, lane 0 lowest.
+EMBRUN_FN I16 truth_of(std::uint32_t bits) {
+  I16 r;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__CUDACC__)
+    r.part[i] = (bits >> i & 1u) != 0 ? -1 : 0;
+#else
+    LaneIntRegister bit;
+    for (int k = 0; k < register_lanes; ++k) bit[k] = 1 << (i * register_lanes + k);
+    r.part[i] = (static_cast<std::int32_t>(bits) & bit) != 0;
+#endif
+  }
+  return r;
+}
+
+/// One bit a lane of a truth value, lane 0 lowest.
+EMBRUN_FN std::uint32_t lane_bits(I16 truth) {
+  std::uint32_t bits = 0;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__AVX512F__) && !defined(__CUDACC__)
+    bits |= static_cast<std::uint32_t>(
+        _mm512_cmplt_epi32_mask(reinterpret_cast<__m512i>(truth.part[i]), _mm512_setzero_si512()));
+#elif defined(__AVX__) && !defined(__CUDACC__)
+    bits |= static_cast<std::uint32_t>(_mm256_movemask_ps(reinterpret_cast<__m256>(truth.part[i]))) << (8 * i);
+#elif defined(__SSE__) && !defined(__CUDACC__)
+    bits |= static_cast<std::uint32_t>(_mm_movemask_ps(reinterpret_cast<__m128>(truth.part[i]))) << (4 * i);
+#else
+    bits |= (truth.part[i] != 0 ? 1u : 0u) << i;
+#endif
+  }
+  return bits;
+}
+
+/// columns[k][i] becomes number k of row i; rows are 16 numbers each, 64-byte aligned, as columns are.
+EMBRUN_FN void transpose16(const void* const rows[16], float columns[16][16]) {
+#if defined(__AVX512F__) && !defined(__CUDACC__)
+  __m512i r[16], u[16];
+  for (int i = 0; i < 16; ++i) r[i] = _mm512_load_si512(rows[i]);
+  for (int i = 0; i < 8; ++i) {
+    u[2 * i] = _mm512_maskz_unpacklo_epi32(0xffff, r[2 * i], r[2 * i + 1]);
+    u[2 * i + 1] = _mm512_maskz_unpackhi_epi32(0xffff, r[2 * i], r[2 * i + 1]);
+  }
+  // r[4 i + k]: columns k, 4 + k, 8 + k and 12 + k of rows 4 i to 4 i + 3, 128 bits each.
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      r[4 * i + 2 * k] = _mm512_maskz_unpacklo_epi64(0xff, u[4 * i + k], u[4 * i + 2 + k]);
+      r[4 * i + 2 * k + 1] = _mm512_maskz_unpackhi_epi64(0xff, u[4 * i + k], u[4 * i + 2 + k]);
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    const __m512i even_top = _mm512_maskz_shuffle_i32x4(0xffff, r[k], r[4 + k], 0x88);
+    const __m512i odd_top = _mm512_maskz_shuffle_i32x4(0xffff, r[k], r[4 + k], 0xdd);
+    const __m512i even_bottom = _mm512_maskz_shuffle_i32x4(0xffff, r[8 + k], r[12 + k], 0x88);
+    const __m512i odd_bottom = _mm512_maskz_shuffle_i32x4(0xffff, r[8 + k], r[12 + k], 0xdd);
+    _mm512_store_si512(columns[k], _mm512_maskz_shuffle_i32x4(0xffff, even_top, even_bottom, 0x88));
+    _mm512_store_si512(columns[4 + k], _mm512_maskz_shuffle_i32x4(0xffff, odd_top, odd_bottom, 0x88));
+    _mm512_store_si512(columns[8 + k], _mm512_maskz_shuffle_i32x4(0xffff, even_top, even_bottom, 0xdd));
+    _mm512_store_si512(columns[12 + k], _mm512_maskz_shuffle_i32x4(0xffff, odd_top, odd_bottom, 0xdd));
+  }
+#else
+  for (int i = 0; i < 16; ++i) {
+    for (int k = 0; k < 16; ++k)
+      __builtin_memcpy(&columns[k][i], static_cast<const float*>(rows[i]) + k, sizeof(float));
+  }
+#endif
 }
 
 #undef EMBRUN_FOR_LANE_PARTS

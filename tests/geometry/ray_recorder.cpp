@@ -64,7 +64,6 @@ TestRay scatter(const Ray& ray, const SurfaceHit& hit, Dice& dice) {
   next.ray.origin = p + geometric * (reflect ? offset : -offset);
   // What the hit knows of the surface around it goes with the ray.
   next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
-  next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
   return next;
 }
 

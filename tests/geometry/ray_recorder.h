@@ -6,8 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/surface_hit.h"
-#include "math/ray.h"
+#include "geometry/test_ray.h"
 
 namespace embrun::test {
 
@@ -15,11 +14,6 @@ namespace embrun::test {
 enum class RayClass { camera, outside, inside };
 inline constexpr int ray_class_count = 3;
 std::string_view name_of(RayClass ray_class);
-
-struct TestRay {
-  Ray ray;
-  Side side = Side::unknown;
-};
 
 using Intersector = std::function<bool(const Ray&, Side, SurfaceHit&)>;
 

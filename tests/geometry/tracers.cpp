@@ -10,6 +10,10 @@ bool trace_baseline(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
 bool trace_avx2(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
 bool trace_avx512(const ImplicitSurfaceView&, const Ray&, Side, SurfaceHit&);
 
+void trace_batch_baseline(const ImplicitSurfaceView&, const TestRay*, int, SurfaceHit*, bool*);
+void trace_batch_avx2(const ImplicitSurfaceView&, const TestRay*, int, SurfaceHit*, bool*);
+void trace_batch_avx512(const ImplicitSurfaceView&, const TestRay*, int, SurfaceHit*, bool*);
+
 std::vector<std::string> available_isas() {
   std::vector<std::string> isas;
   for (const InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
@@ -18,11 +22,25 @@ std::vector<std::string> available_isas() {
   return isas;
 }
 
-TraceFunction trace_function(const std::string& isa) {
+namespace {
+
+void require(const std::string& isa) {
   for (const std::string& available : available_isas()) {
-    if (available == isa) return isa == "baseline" ? trace_baseline : isa == "avx2" ? trace_avx2 : trace_avx512;
+    if (available == isa) return;
   }
   throw Error("instruction set " + isa + " is not there");
+}
+
+}  // namespace
+
+TraceFunction trace_function(const std::string& isa) {
+  require(isa);
+  return isa == "baseline" ? trace_baseline : isa == "avx2" ? trace_avx2 : trace_avx512;
+}
+
+TraceBatchFunction trace_batch_function(const std::string& isa) {
+  require(isa);
+  return isa == "baseline" ? trace_batch_baseline : isa == "avx2" ? trace_batch_avx2 : trace_batch_avx512;
 }
 
 namespace {

@@ -33,4 +33,9 @@ using TraceFunction = bool (*)(const ImplicitSurfaceView&, const Ray&, Side, Sur
 /// The fast tracer compiled for that instruction set.
 TraceFunction trace_function(const std::string& isa);
 
+using TraceBatchFunction = void (*)(const ImplicitSurfaceView&, const TestRay* rays, int count, SurfaceHit* hits,
+                                    bool* found);
+/// The same for many rays at once.
+TraceBatchFunction trace_batch_function(const std::string& isa);
+
 }  // namespace embrun::test

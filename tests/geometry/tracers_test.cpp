@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "geometry/oracle_scene.h"
 
 namespace embrun::test {
@@ -47,6 +49,47 @@ TEST_P(Tracers, FindTheFirstCrossing) {
       EXPECT_LE(reports[i].wrong_count(), allowed)
           << available_isas()[i] << " " << name_of(ray_class) << ": " << reports[i].summary();
     }
+  }
+}
+
+TEST_P(Tracers, FindTheSameByTheBatch) {
+  OracleScene scene = make_scene(GetParam().scene, GetParam().order, 1);
+  scene.settings.kernel = GetParam().kernel;
+  scene.settings.recover = GetParam().recover;
+  const oracle::Surface judge =
+      oracle_surface(scene, resolve_surface_model(scene.positions, scene.radii, scene.settings));
+  const ImplicitSurface surface = build_implicit_surface(scene.positions, scene.radii, scene.settings);
+  for (const std::string& isa : available_isas()) {
+    const TraceFunction trace = trace_function(isa);
+    const auto one = [&](const Ray& ray, Side side, SurfaceHit& hit) { return trace(surface.view(), ray, side, hit); };
+    // Rays of all kinds in one batch, so that lanes in every state stand side by side.
+    std::vector<TestRay> rays;
+    for (const RayClass ray_class : {RayClass::camera, RayClass::outside, RayClass::inside}) {
+      const std::vector<TestRay> some = make_rays(scene, judge, one, ray_class, 400, 2);
+      rays.insert(rays.end(), some.begin(), some.end());
+    }
+    Dice dice(3);
+    for (std::size_t i = rays.size(); i > 1; --i) {
+      std::swap(rays[i - 1], rays[static_cast<std::size_t>(dice.next() * static_cast<double>(i))]);
+    }
+    const std::unique_ptr<bool[]> found(new bool[rays.size()]);
+    std::vector<SurfaceHit> hits(rays.size());
+    trace_batch_function(isa)(surface.view(), rays.data(), static_cast<int>(rays.size()), hits.data(), found.get());
+
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      SurfaceHit hit;
+      ASSERT_EQ(found[i], one(rays[i].ray, rays[i].side, hit)) << isa << " ray " << i;
+      if (!found[i]) continue;
+      ++met;
+      // Sums may be rounded otherwise, no more.
+      const float cosine = fabsf(dot(hit.geometric_normal, rays[i].ray.direction));
+      ASSERT_LT(fabsf(hit.t - hits[i].t) * cosine, 1e-4f * scene.settings.radius + 1e-6f * hit.t)
+          << isa << " ray " << i;
+      ASSERT_EQ(hit.entering, hits[i].entering) << isa << " ray " << i;
+    }
+    EXPECT_GT(met, rays.size() / 10);
+    EXPECT_LT(met, rays.size());
   }
 }
 

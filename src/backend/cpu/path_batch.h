@@ -2,7 +2,6 @@
 
 #include <time.h>
 
-#include "geometry/implicit_surface_trace.h"
 #include "image/film.h"
 #include "integrators/path_stages.h"
 
@@ -14,6 +13,8 @@ struct BasicPathBatch {
   PathState paths[Size];
   SceneHit hits[Size];
   bool found[Size];
+  Ray rest[Size];  ///< see CpuIntersector::intersect_all
+  int nearest[Size];
   MediaState behind[Size];
   ShadowRay shadows[Size];
   std::uint16_t active[Size];   ///< slots of the paths that go on
@@ -54,23 +55,30 @@ EMBRUN_FN FilmSample film_sample(const PathState& path) {
   return sample;
 }
 
+/// The listed paths' rays, as CpuIntersector::intersect_all wants them.
+template <class Batch>
+struct PathQueries {
+  Batch& batch;
+  const std::uint16_t* slots;
+  int number;
+
+  EMBRUN_FN int count() const { return number; }
+  EMBRUN_FN const Ray& ray(int i) const { return batch.paths[slots[i]].ray; }
+  EMBRUN_FN const MediaState& media(int i) const { return batch.paths[slots[i]].media; }
+  EMBRUN_FN SceneHit& hit(int i) { return batch.hits[slots[i]]; }
+  EMBRUN_FN bool& found(int i) { return batch.found[slots[i]]; }
+  EMBRUN_FN Ray& rest(int i) const { return batch.rest[slots[i]]; }
+  EMBRUN_FN int& nearest(int i) { return batch.nearest[slots[i]]; }
+};
+
 /// Stage: the nearest crossing of each listed path.
 template <class Intersector, class Batch>
 EMBRUN_LOCAL_FN void intersect_stage(const Intersector& intersector, Batch& batch, const std::uint16_t* slots,
                                      int count, bool timed, RayCounter& counter) {
   if (count == 0) return;
   const RayTimer timer(timed);
-  for (int i = 0; i < count; ++i) {
-    // What the rays whose turn comes soon will read is called for now.
-    if (i + prefetch_word_ahead < count)
-      intersector.template prefetch<PrefetchStage::word>(batch.paths[slots[i + prefetch_word_ahead]].ray);
-    if (i + prefetch_record_ahead < count)
-      intersector.template prefetch<PrefetchStage::record>(batch.paths[slots[i + prefetch_record_ahead]].ray);
-    if (i + prefetch_list_ahead < count)
-      intersector.template prefetch<PrefetchStage::list>(batch.paths[slots[i + prefetch_list_ahead]].ray);
-    const int slot = slots[i];
-    batch.found[slot] = intersector.intersect(batch.paths[slot].ray, batch.paths[slot].media, batch.hits[slot]);
-  }
+  PathQueries<Batch> queries{batch, slots, count};
+  intersector.intersect_all(queries);
   counter.rays += static_cast<std::uint64_t>(count);
   timer.stop(counter, static_cast<std::uint64_t>(count));
 }

@@ -2,7 +2,7 @@
 
 #include "backend/cpu/ball_query.h"
 #include "geometry/clipped_surface.h"
-#include "geometry/implicit_surface_trace.h"
+#include "geometry/implicit_surface_batch.h"
 #include "integrators/scene_hit.h"
 #include "media/media_state.h"
 
@@ -40,36 +40,48 @@ struct CpuIntersector {
   /// Nearest crossing with t in (t_min, t_max).
   bool intersect(const Ray& ray, const MediaState& media, SceneHit& hit) const {
     Ray rest = ray;
-    int nearest = -1;
+    int nearest = intersect_all_but_fluids(rest, media, hit.surface);
     // The fluids come last, as they cost most and gain from a short extent.
-    if (scene.top != nullptr) nearest = intersect_in_embree(rest, media, hit.surface);
     for (int i = 0; i < scene.flat.instance_count; ++i) {
-      const Instance& instance = scene.flat.instances[i];
-      if (!intersect_shape(instance, rest, hit.surface)) continue;
-      nearest = i;
-      rest.t_max = hit.surface.t;
-    }
-    for (int i = 0; i < scene.flat.instance_count; ++i) {
-      const Instance& instance = scene.flat.instances[i];
-      if (instance.kind != GeometryKind::fluid) continue;
-      const Side side = media.inside_fluid(instance.fluid) ? Side::inside : Side::outside;
-      if (!intersect_placed_fluid(instance, rest, side, hit.surface)) continue;
-      nearest = i;
-      rest.t_max = hit.surface.t;
+      if (scene.flat.instances[i].kind == GeometryKind::fluid)
+        intersect_fluid_too(i, media, rest, nearest, hit.surface);
     }
     if (nearest < 0) return false;
     describe(scene.flat.instances[nearest], hit);
     return true;
   }
 
-  /// Calls for what the ray will read first, if it is near a fluid's surface.
-  template <PrefetchStage stage>
-  EMBRUN_FN void prefetch(const Ray& ray) const {
-    for (int i = 0; i < scene.flat.instance_count; ++i) {
-      const Instance& instance = scene.flat.instances[i];
-      if (instance.kind != GeometryKind::fluid || !instance.identity) continue;
+  /// The same for many rays at once, which is faster where there are fluids. `Queries` has
+  ///   int count() const;
+  ///   const Ray& ray(int i) const;           // i in [0, count)
+  ///   const MediaState& media(int i) const;
+  ///   SceneHit& hit(int i);
+  ///   bool& found(int i);
+  ///   Ray& rest(int i);                      // room for what is left of the ray, and below for the
+  ///   int& nearest(int i);                   // instance that was met so far
+  template <class Queries>
+  void intersect_all(Queries& queries) const {
+    for (int i = 0; i < queries.count(); ++i) {
+      queries.rest(i) = queries.ray(i);
+      queries.nearest(i) = intersect_all_but_fluids(queries.rest(i), queries.media(i), queries.hit(i).surface);
+    }
+    for (int k = 0; k < scene.flat.instance_count; ++k) {
+      const Instance& instance = scene.flat.instances[k];
+      if (instance.kind != GeometryKind::fluid) continue;
       const FluidGeometry& fluid = scene.flat.fluids[instance.geometry];
-      if (fluid.thesis == nullptr) prefetch_surface<stage>(fluid.surface, ray);
+      if (instance.identity && !fluid.clipped && fluid.thesis == nullptr) {
+        FluidQueries<Queries> rays{queries, k, instance.fluid};
+        rays.keep_own_clearances();
+        intersect_implicit_surface_batch(fluid.surface, rays);
+      } else {
+        for (int i = 0; i < queries.count(); ++i) {
+          intersect_fluid_too(k, queries.media(i), queries.rest(i), queries.nearest(i), queries.hit(i).surface);
+        }
+      }
+    }
+    for (int i = 0; i < queries.count(); ++i) {
+      queries.found(i) = queries.nearest(i) >= 0;
+      if (queries.found(i)) describe(scene.flat.instances[queries.nearest(i)], queries.hit(i));
     }
   }
 
@@ -97,6 +109,51 @@ struct CpuIntersector {
   }
 
  private:
+  /// What is left of the queries' rays, as intersect_implicit_surface_batch wants rays.
+  template <class Queries>
+  struct FluidQueries {
+    Queries& queries;
+    int instance, fluid;
+
+    /// A clearance is of one fluid's surface and means nothing to another.
+    void keep_own_clearances() {
+      for (int i = 0; i < queries.count(); ++i) {
+        const Clearance& clearance = queries.ray(i).clearance;
+        queries.rest(i).clearance = clearance.instance == fluid ? clearance : Clearance{};
+      }
+    }
+    EMBRUN_FN int count() const { return queries.count(); }
+    EMBRUN_FN const Ray& ray(int i) const { return queries.rest(i); }
+    EMBRUN_FN Side side(int i) const { return queries.media(i).inside_fluid(fluid) ? Side::inside : Side::outside; }
+    EMBRUN_FN SurfaceHit& hit(int i) { return queries.hit(i).surface; }
+    EMBRUN_FN void settle(int i, bool found) {
+      if (!found) return;
+      queries.nearest(i) = instance;
+      queries.rest(i).t_max = queries.hit(i).surface.t;
+    }
+  };
+
+  /// The instance that is met first but for fluids, or -1; shortens the ray's extent to it.
+  int intersect_all_but_fluids(Ray& rest, const MediaState& media, SurfaceHit& hit) const {
+    int nearest = -1;
+    if (scene.top != nullptr) nearest = intersect_in_embree(rest, media, hit);
+    for (int i = 0; i < scene.flat.instance_count; ++i) {
+      if (!intersect_shape(scene.flat.instances[i], rest, hit)) continue;
+      nearest = i;
+      rest.t_max = hit.t;
+    }
+    return nearest;
+  }
+
+  /// Meets instance `index`, a fluid, if it is nearer than what was met so far.
+  void intersect_fluid_too(int index, const MediaState& media, Ray& rest, int& nearest, SurfaceHit& hit) const {
+    const Instance& instance = scene.flat.instances[index];
+    const Side side = media.inside_fluid(instance.fluid) ? Side::inside : Side::outside;
+    if (!intersect_placed_fluid(instance, rest, side, hit)) return;
+    nearest = index;
+    rest.t_max = hit.t;
+  }
+
   EMBRUN_FN bool intersect_shape(const Instance& instance, Ray& ray, SurfaceHit& hit) const {
     switch (instance.kind) {
       case GeometryKind::box: return intersect_box(scene.flat.boxes[instance.geometry], ray, hit);
@@ -196,6 +253,8 @@ struct CpuIntersector {
     hit.fluid = instance.fluid;
     hit.solid = instance.solid;
     hit.light = instance.light;
+    hit.uv = {};
+    hit.tangent = {};
     // Rounding of the position grows with its coordinates.
     const Vec3 p = hit.surface.position;
     const float reach = max_of(fabsf(p.x), max_of(fabsf(p.y), fabsf(p.z)));
