@@ -21,6 +21,10 @@ struct SurfaceHit {
   std::int16_t sheet = 0;
   float gradient = 0;  ///< |grad g|, 1/m; g grows inwards
   float rise = 0, fall = 0, reach = 0;
+
+  // Of a mesh: which of its triangles, and the weights of the second and third corner.
+  std::uint32_t triangle = 0;
+  float weight_b = 0, weight_c = 0;
 };
 
 /// How far a ray from the hit along `direction` stays on the side it leaves to: g has the slope of the gradient and at

@@ -14,12 +14,23 @@ namespace embrun {
 
 namespace {
 
-constexpr std::uint32_t no_normal = UINT32_MAX;
+constexpr std::uint32_t not_given = UINT32_MAX;
 
 /// A corner of a polygon, by index into the file's own lists.
 struct Corner {
   std::uint32_t position = 0;
-  std::uint32_t normal = no_normal;
+  std::uint32_t normal = not_given;
+  std::uint32_t coordinates = not_given;
+
+  bool operator==(const Corner&) const = default;
+};
+
+struct CornerHash {
+  std::size_t operator()(const Corner& c) const {
+    std::uint64_t h = std::uint64_t{c.position} << 32 | c.normal;
+    h = (h ^ (h >> 32) ^ std::uint64_t{c.coordinates} << 20) * 0x9e3779b97f4a7c15u;
+    return static_cast<std::size_t>(h ^ (h >> 32));
+  }
 };
 
 class ObjReader {
@@ -34,6 +45,8 @@ class ObjReader {
         read_position(line);
       } else if (keyword == "vn") {
         normals_.push_back(to_float(read_vector(line, "vn")));
+      } else if (keyword == "vt") {
+        read_coordinates(line);
       } else if (keyword == "f") {
         read_face(line);
       } else if (!is_known(keyword)) {
@@ -49,13 +62,14 @@ class ObjReader {
   std::string joined_;  // a line that goes on over several
   std::vector<Vec3> positions_;
   std::vector<Vec3> normals_;
+  std::vector<Vec2> coordinates_;
   std::vector<std::array<Corner, 3>> corners_;
   std::vector<Corner> polygon_;
 
   static bool is_known(std::string_view keyword) {
-    constexpr std::string_view ignored[] = {"",         "vt",       "vp",  "g",          "o",        "s",
-                                            "l",        "p",        "mg",  "usemtl",     "mtllib",   "bevel",
-                                            "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj"};
+    constexpr std::string_view ignored[] = {"",         "vp",  "g",          "o",        "s",     "l",
+                                            "p",        "mg",  "usemtl",     "mtllib",   "bevel", "c_interp",
+                                            "d_interp", "lod", "shadow_obj", "trace_obj"};
     if (keyword.starts_with('#')) return true;
     for (const std::string_view word : ignored) {
       if (word == keyword) return true;
@@ -97,6 +111,20 @@ class ObjReader {
     positions_.push_back(to_float(p));
   }
 
+  // A missing v is 0; a third coordinate, of solid textures, does not matter.
+  void read_coordinates(std::string_view line) {
+    std::array<float, 2> uv{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::string_view token = take_token(line);
+      if (k == 1 && (token.empty() || token.starts_with('#'))) break;
+      const std::optional<double> number = parse_double(token);
+      if (!number || !is_mesh_coordinate(*number))
+        cursor_.fail("vt", fmt::format("{} is not a number, or too large", quoted(token)));
+      uv[k] = static_cast<float>(*number);
+    }
+    coordinates_.push_back({uv[0], 1 - uv[1]});
+  }
+
   // Counts from 1, or backwards from the latest one with -1.
   std::uint32_t read_index(std::string_view text, std::size_t count, std::string_view of) {
     const std::optional<std::int64_t> index = parse_int64(text);
@@ -115,6 +143,9 @@ class ObjReader {
     corner.position = read_index(token.substr(0, first), positions_.size(), "vertex");
     if (first == std::string_view::npos) return corner;
     const std::size_t second = token.find('/', first + 1);
+    const std::string_view coordinates =
+        token.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
+    if (!coordinates.empty()) corner.coordinates = read_index(coordinates, coordinates_.size(), "texture coordinate");
     if (second == std::string_view::npos) return corner;
     corner.normal = read_index(token.substr(second + 1), normals_.size(), "normal");
     return corner;
@@ -130,34 +161,37 @@ class ObjReader {
     for (std::size_t i = 2; i < polygon_.size(); ++i) corners_.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
   }
 
-  bool all_corners_have_normals() const {
+  bool all_corners_have(std::uint32_t Corner::*index) const {
     for (const auto& triangle : corners_) {
-      for (const Corner corner : triangle) {
-        if (corner.normal == no_normal) return false;
+      for (const Corner& corner : triangle) {
+        if (corner.*index == not_given) return false;
       }
     }
     return true;
   }
 
-  // OBJ counts normals on their own: a position with two normals becomes two vertices.
+  // OBJ counts normals and texture coordinates on their own: a position with two of them becomes two vertices.
   TriangleMesh build() {
     TriangleMesh mesh;
     mesh.triangles.reserve(corners_.size());
-    if (!all_corners_have_normals()) {
+    const bool normals = all_corners_have(&Corner::normal), coordinates = all_corners_have(&Corner::coordinates);
+    if (!normals && !coordinates) {
       mesh.positions = std::move(positions_);
       for (const auto& [a, b, c] : corners_) mesh.triangles.push_back({a.position, b.position, c.position});
       return mesh;
     }
-    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
+    std::unordered_map<Corner, std::uint32_t, CornerHash> vertex_of;
     for (const auto& triangle : corners_) {
       std::array<std::uint32_t, 3> indices{};
       for (std::size_t k = 0; k < 3; ++k) {
-        const Corner corner = triangle[k];
-        const std::uint64_t key = std::uint64_t{corner.position} << 32 | corner.normal;
-        const auto [entry, is_new] = vertex_of.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
+        Corner corner = triangle[k];
+        if (!normals) corner.normal = not_given;
+        if (!coordinates) corner.coordinates = not_given;
+        const auto [entry, is_new] = vertex_of.try_emplace(corner, static_cast<std::uint32_t>(mesh.positions.size()));
         if (is_new) {
           mesh.positions.push_back(positions_[corner.position]);
-          mesh.normals.push_back(normals_[corner.normal]);
+          if (normals) mesh.normals.push_back(normals_[corner.normal]);
+          if (coordinates) mesh.coordinates.push_back(coordinates_[corner.coordinates]);
         }
         indices[k] = entry->second;
       }

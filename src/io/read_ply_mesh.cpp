@@ -11,17 +11,38 @@ namespace embrun {
 
 namespace {
 
-/// The columns of those names as vectors; empty when one is missing.
-std::vector<Vec3d> vectors(const std::vector<Column>& columns, const std::array<const char*, 3>& names) {
-  std::array<const Column*, 3> axes{};
+/// The columns of those names; null for what is missing.
+template <std::size_t N>
+std::array<const Column*, N> find_columns(const std::vector<Column>& columns, const std::array<const char*, N>& names) {
+  std::array<const Column*, N> found{};
   for (const Column& column : columns) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (column.name == names[i]) axes[i] = &column;
+    for (std::size_t i = 0; i < N; ++i) {
+      if (column.name == names[i]) found[i] = &column;
     }
   }
+  return found;
+}
+
+/// The columns of those names as vectors; empty when one is missing.
+std::vector<Vec3d> vectors(const std::vector<Column>& columns, const std::array<const char*, 3>& names) {
+  const auto axes = find_columns(columns, names);
   if (!axes[0] || !axes[1] || !axes[2]) return {};
   std::vector<Vec3d> result(axes[0]->value_count());
   for (std::size_t i = 0; i < result.size(); ++i) result[i] = {axes[0]->value(i), axes[1]->value(i), axes[2]->value(i)};
+  return result;
+}
+
+/// Texture coordinates; none when they are missing or one is no number.
+std::vector<Vec2> texture_coordinates(const std::vector<Column>& columns) {
+  auto axes = find_columns<2>(columns, {"u", "v"});
+  if (!axes[0] || !axes[1]) axes = find_columns<2>(columns, {"s", "t"});
+  if (!axes[0] || !axes[1]) return {};
+  std::vector<Vec2> result;
+  for (std::size_t i = 0; i < axes[0]->value_count(); ++i) {
+    const double u = axes[0]->value(i), v = axes[1]->value(i);
+    if (!is_mesh_coordinate(u) || !is_mesh_coordinate(v)) return {};
+    result.push_back({static_cast<float>(u), static_cast<float>(v)});
+  }
   return result;
 }
 
@@ -38,6 +59,7 @@ void read_vertices(PlyFile& ply, std::string_view name, TriangleMesh& mesh) {
     mesh.positions.push_back(to_float(p));
   }
   for (const Vec3d normal : vectors(rows.columns, {"nx", "ny", "nz"})) mesh.normals.push_back(to_float(normal));
+  mesh.coordinates = texture_coordinates(rows.columns);
 }
 
 void read_faces(PlyFile& ply, const PlyElement& element, std::uint64_t vertices, TriangleMesh& mesh) {

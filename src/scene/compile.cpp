@@ -184,6 +184,7 @@ class Compiler {
     instance.geometry = static_cast<std::uint32_t>(geometry);
     instance.media_class = classes_.class_of(material);
     instance.material = add_material(material, flat_);
+    instance.needs_coordinates = flat_.materials[instance.material].needs_coordinates;
     return instance;
   }
 
@@ -274,12 +275,16 @@ class Compiler {
       if (taken[i]) continue;
       std::vector<Ball> balls;
       for (std::size_t j = i; j < scene_.balls.size(); ++j) {
-        if (scene_.balls[j].material != scene_.balls[i].material) continue;
+        if (!looks_alike(scene_.balls[j], scene_.balls[i])) continue;
         taken[j] = true;
         collect(scene_.balls[j], balls);
       }
-      if (!balls.empty()) add(balls, scene_.balls[i].material);
+      if (!balls.empty()) add(balls, scene_.balls[i]);
     }
+  }
+
+  static bool looks_alike(const BallsDescription& a, const BallsDescription& b) {
+    return a.material == b.material && a.pole == b.pole && a.meridian == b.meridian;
   }
 
   void collect(const BallsDescription& set, std::vector<Ball>& balls) const {
@@ -290,7 +295,7 @@ class Compiler {
     }
   }
 
-  void add(const std::vector<Ball>& balls, const MaterialDescription& material) {
+  void add(const std::vector<Ball>& balls, const BallsDescription& set) {
     const std::vector<BallBlock> blocks = pack_balls(balls);
     BallRange range;
     range.first = static_cast<std::uint32_t>(flat_.ball_blocks.size());
@@ -303,7 +308,11 @@ class Compiler {
     }
     range.step = static_cast<float>(2 * sum / static_cast<double>(balls.size()));
     flat_.ball_ranges.push_back(range);
-    add_instance(GeometryKind::balls, flat_.ball_ranges.size() - 1, material).offset = range.slack;
+    Instance& instance = add_instance(GeometryKind::balls, flat_.ball_ranges.size() - 1, set.material);
+    instance.offset = range.slack;
+    const Vec3 pole = to_float(normalize(set.pole)), meridian = to_float(normalize(set.meridian));
+    instance.to_world = {meridian, cross(pole, meridian), pole, {}};
+    instance.to_object = inverse_of(instance.to_world);
   }
 
   /// Numbers the solids of balls after the fluids, and tells the balls how far rays start off the other surfaces.
@@ -352,9 +361,12 @@ class Compiler {
     range.first_triangle = static_cast<std::uint32_t>(flat_.mesh_triangles.size());
     range.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
     range.smooth = !mesh.normals.empty();
+    range.has_coordinates = !mesh.coordinates.empty();
     for (const Vec3& p : mesh.positions) flat_.mesh_positions.push_back(to_float(to_double(p) - center));
     flat_.mesh_normals.resize(flat_.mesh_positions.size());
     std::copy(mesh.normals.begin(), mesh.normals.end(), flat_.mesh_normals.begin() + range.first_position);
+    if (range.has_coordinates) flat_.mesh_coordinates.resize(flat_.mesh_positions.size());
+    std::copy(mesh.coordinates.begin(), mesh.coordinates.end(), flat_.mesh_coordinates.begin() + range.first_position);
     for (const auto& t : mesh.triangles)
       flat_.mesh_triangles.push_back(
           {range.first_position + t[0], range.first_position + t[1], range.first_position + t[2]});
@@ -435,6 +447,7 @@ SceneView FlatScene::view() const {
   v.meshes = meshes.data();
   v.mesh_positions = mesh_positions.data();
   v.mesh_normals = mesh_normals.data();
+  v.mesh_coordinates = mesh_coordinates.data();
   v.mesh_triangles = mesh_triangles.data();
   v.materials = materials.data();
   return v;

@@ -23,8 +23,10 @@ enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, mesh };
 
 /// A geometry in its place: everything that a ray meets is found through one of these.
 struct Instance {
+  /// Of balls they turn the texture's coordinates alone.
   Transform to_world, to_object;
-  bool identity = true;  ///< both transforms are
+  bool identity = true;            ///< the geometry is in the scene's space
+  bool needs_coordinates = false;  ///< the material does
   GeometryKind kind = GeometryKind::patch;
   std::uint8_t media_class = 0;  ///< of the inside; 0: opaque or without inside
   std::int16_t fluid = -1;       ///< number of the instance among those of fluids, or -1
@@ -54,7 +56,8 @@ struct BallRange {
 struct MeshRange {
   std::uint32_t first_position = 0, position_count = 0;
   std::uint32_t first_triangle = 0, triangle_count = 0;
-  bool smooth = false;  ///< has normals, one per position
+  bool smooth = false;           ///< has normals, one per position
+  bool has_coordinates = false;  ///< the same of texture coordinates
 };
 
 struct MeshTriangle {
@@ -74,6 +77,7 @@ struct SceneView {
   const MeshRange* meshes = nullptr;
   const Vec3* mesh_positions = nullptr;
   const Vec3* mesh_normals = nullptr;
+  const Vec2* mesh_coordinates = nullptr;
   const MeshTriangle* mesh_triangles = nullptr;
   const Material* materials = nullptr;
 };
@@ -92,6 +96,7 @@ struct FlatScene {
   std::vector<Patch> patches;
   std::vector<MeshRange> meshes;
   std::vector<Vec3> mesh_positions, mesh_normals;
+  std::vector<Vec2> mesh_coordinates;
   std::vector<MeshTriangle> mesh_triangles;
   std::vector<Image> pictures;  ///< owners of what textures view
   std::vector<Material> materials;

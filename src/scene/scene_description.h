@@ -66,6 +66,8 @@ struct BallDescription {
 struct BallsDescription {
   std::vector<BallDescription> balls;
   MaterialDescription material;
+  /// At right angles, of any length: where v is 0 on each ball, and where u is 0 on its equator.
+  Vec3d pole{0, 0, 1}, meridian{1, 0, 0};
 
   bool operator==(const BallsDescription&) const = default;
 };

@@ -39,7 +39,6 @@ void check_phase(const PhaseFunction& phase, const std::string& what) {
 
 void check_texture(const TextureDescription& texture, std::size_t pictures, const std::string& what) {
   check_color(texture.first, what, 1);
-  require(texture.kind <= TextureKind::checker, "{}: this kind of texture is not there yet", what);
   if (texture.kind == TextureKind::constant) return;
   check_color(texture.second, what + ": second colour", 1);
   require(texture.cell > 0 && finite(texture.cell), "{}: checker cells of {} m; their side must be positive", what,
@@ -221,6 +220,9 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   require(fluid.material.kind != BsdfKind::null && fluid.material.kind != BsdfKind::thin_dielectric,
           "{}: its material is none that a surface can have", what);
   check_material(fluid.material, pictures, what);
+  for (const TextureDescription* texture : {&fluid.material.reflectance, &fluid.material.roughness})
+    require(texture->kind == TextureKind::constant || texture->kind == TextureKind::checker,
+            "{}: its surface has no coordinates (u, v) for its texture", what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
   require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap),
@@ -303,6 +305,10 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.balls.size(); ++i) {
     const std::string what = numbered("set of balls", i);
     check_material(scene.balls[i].material, pictures, what);
+    const Vec3d pole = scene.balls[i].pole, meridian = scene.balls[i].meridian;
+    require(finite(pole) && finite(meridian) && length(pole) > 0 && length(meridian) > 0 &&
+                std::abs(dot(pole, meridian)) <= 1e-6 * length(pole) * length(meridian),
+            "{}: its pole and meridian are not at right angles", what);
     for (const BallDescription& ball : scene.balls[i].balls)
       require(finite(ball.center) && ball.radius >= 0 && finite(ball.radius),
               "{}: a ball of radius {} is negative or not finite", what, ball.radius);

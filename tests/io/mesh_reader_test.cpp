@@ -53,6 +53,40 @@ TEST(MeshReader, SharedCornersStayShared) {
   EXPECT_EQ(mesh.normals.size(), 4u);
 }
 
+// A square cut in two: four positions, but the triangles show different parts of the picture along their common side.
+TEST(MeshReader, ReadsTextureCoordinatesOfObj) {
+  const std::string file =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0 0\nvt 1 0.75\nvt 0.5\n"
+      "f 1/1 2/2 3/3\nf 1/1 3/4 4/3\n";
+  const TriangleMesh mesh = read(file);
+  EXPECT_EQ(mesh.positions.size(), 5u);
+  EXPECT_TRUE(mesh.normals.empty());
+  ASSERT_EQ(mesh.coordinates.size(), 5u);
+  // OBJ's v grows upwards from the picture's last row.
+  EXPECT_EQ(mesh.coordinates[mesh.triangles[0][0]], (Vec2{0, 1}));
+  EXPECT_EQ(mesh.coordinates[mesh.triangles[0][2]], (Vec2{1, 0.25f}));
+  EXPECT_EQ(mesh.coordinates[mesh.triangles[1][1]], (Vec2{0.5f, 1}));
+  EXPECT_EQ(mesh.positions[mesh.triangles[0][2]], mesh.positions[mesh.triangles[1][1]]);
+  EXPECT_EQ(mesh.triangles[0][0], mesh.triangles[1][0]);
+  // Not all corners have them: there are none.
+  EXPECT_TRUE(read(file + "f 1 2 3\n").coordinates.empty());
+}
+
+TEST(MeshReader, ReadsTextureCoordinatesOfPly) {
+  for (const auto& [u, v] : {std::pair{"u", "v"}, {"s", "t"}}) {
+    const std::string header = std::string(
+                                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                   "property float z\nproperty float ") +
+                               u + "\nproperty float " + v +
+                               "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const TriangleMesh mesh = read(header + "0 0 0 0.5 0.25\n1 0 0 2 -1\n0 1 0 0 1\n3 0 1 2\n");
+    ASSERT_EQ(mesh.coordinates.size(), 3u);
+    EXPECT_EQ(mesh.coordinates[0], (Vec2{0.5f, 0.25f}));
+    EXPECT_EQ(mesh.coordinates[1], (Vec2{2, -1}));
+    EXPECT_TRUE(read(header + "0 0 0 0.5 nan\n1 0 0 2 -1\n0 1 0 0 1\n3 0 1 2\n").coordinates.empty());
+  }
+}
+
 // A square and a pentagon: 2 + 3 triangles whose areas add up to the polygons'.
 TEST(MeshReader, PolygonsBecomeFans) {
   const std::string corners = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 3 0\nv 0 2 0\n";
@@ -93,6 +127,9 @@ TEST(MeshReader, ErrorsNameFilePlaceAndReason) {
             "some.file: line 4: f: vertex -4 is out of range: there are 3 so far");
   EXPECT_EQ(mesh_error(vertices + "f 1//1 2//1 3//1\n"),
             "some.file: line 4: f: normal 1 is out of range: there are 0 so far");
+  EXPECT_EQ(mesh_error(vertices + "f 1/2 2/1 3/1\n"),
+            "some.file: line 4: f: texture coordinate 2 is out of range: there are 0 so far");
+  EXPECT_EQ(mesh_error("vt 0 inf\n"), "some.file: line 1: vt: 'inf' is not a number, or too large");
   EXPECT_EQ(mesh_error(vertices + "f 1 2\n"), "some.file: line 4: f: a face of 2 corners");
   EXPECT_EQ(mesh_error(vertices + "f 1 2 x\n"), "some.file: line 4: f: 'x' is not an index");
   EXPECT_EQ(mesh_error("v 0 0\n"), "some.file: line 1: v: '' is not a number; three are needed");

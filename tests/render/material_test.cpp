@@ -86,6 +86,121 @@ TEST(Materials, HaveAnotherBack) {
   }
 }
 
+/// Four pixels, one colour each: 0.1 0.2 above 0.3 0.4, unfiltered.
+TextureDescription four_colours(SceneDescription& scene) {
+  PictureDescription picture;
+  picture.image = make_image(2, 2, 1);
+  picture.image.pixels = {0.1f, 0.2f, 0.3f, 0.4f};
+  scene.pictures.push_back(picture);
+  TextureDescription texture;
+  texture.kind = TextureKind::bitmap;
+  texture.picture = 0;
+  texture.filter = TextureFilter::nearest;
+  return texture;
+}
+
+/// Reflectance seen from `eye` in the direction of `target`.
+double seen(SceneDescription scene, Vec3d eye, Vec3d target) {
+  const SceneDescription view = scene_seen(eye, target, pencil, 1, 4);
+  scene.camera = view.camera;
+  scene.film = view.film;
+  scene.integrator = view.integrator;
+  scene.integrator.max_depth = 1;
+  return render_and_measure(scene, LightStrategy::bsdf_only).mean;
+}
+
+// A diffuse surface that light meets once shows its texture in a furnace.
+TEST(Textures, OnARectangle) {
+  SceneDescription scene;
+  MaterialDescription picture;
+  picture.reflectance = four_colours(scene);
+  // u along x, v along y: the first row is below.
+  scene.patches.push_back(patch({5, 0, 0}, {1, 0, 0}, {0, 1, 0}, 2, picture));
+  EXPECT_NEAR(seen(scene, {4, -1, 3}, {4, -1, 0}), 0.1, 1e-6);
+  EXPECT_NEAR(seen(scene, {6, -1, 3}, {6, -1, 0}), 0.2, 1e-6);
+  EXPECT_NEAR(seen(scene, {4, 1, 3}, {4, 1, 0}), 0.3, 1e-6);
+  EXPECT_NEAR(seen(scene, {4, 1, -3}, {4, 1, 0}), 0.3, 1e-6);  // from behind
+}
+
+// Longitudes 0 to 180 degrees show the left half, what is nearer to the pole the first row.
+TEST(Textures, OnABallThatIsTurned) {
+  SceneDescription scene;
+  MaterialDescription picture;
+  picture.reflectance = four_colours(scene);
+  scene.balls.push_back(balls({{{1, 2, 3}, 0.5}}, picture));
+  scene.balls[0].pole = {0, 2, 0};
+  scene.balls[0].meridian = {0, 0, 3};  // so longitude grows from z to x
+  const Vec3d c{1, 2, 3};
+  EXPECT_NEAR(seen(scene, c + Vec3d{3, 1, 0}, c), 0.1, 1e-6);
+  EXPECT_NEAR(seen(scene, c + Vec3d{-3, 1, 0}, c), 0.2, 1e-6);
+  EXPECT_NEAR(seen(scene, c + Vec3d{3, -1, 0.1}, c), 0.3, 1e-6);
+  EXPECT_NEAR(seen(scene, c + Vec3d{-3, -1, 0.1}, c), 0.4, 1e-6);
+}
+
+TEST(Textures, OnABox) {
+  SceneDescription scene;
+  MaterialDescription picture;
+  picture.reflectance = four_colours(scene);
+  scene.boxes.push_back(box({0, 0, 0}, {2, 4, 6}, picture));
+  // The face +z has u along y and v along x.
+  EXPECT_NEAR(seen(scene, {0.5, 1, 9}, {0.5, 1, 6}), 0.1, 1e-6);
+  EXPECT_NEAR(seen(scene, {0.5, 3, 9}, {0.5, 3, 6}), 0.2, 1e-6);
+  EXPECT_NEAR(seen(scene, {1.5, 1, 9}, {1.5, 1, 6}), 0.3, 1e-6);
+}
+
+// A mesh by its own coordinates, in each of its places; a mesh without any has the weights of its corners.
+TEST(Textures, OnAMesh) {
+  SceneDescription scene;
+  MeshDescription quad;
+  quad.material.reflectance = four_colours(scene);
+  quad.mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  quad.mesh.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};
+  MeshDescription bare = quad;
+  quad.mesh.coordinates = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  Placement moved, turned;
+  moved.origin = {10, 0, 0};
+  turned.x_axis = {0, 1, 0};  // by a quarter about z: what was at +x is at +y
+  turned.y_axis = {-1, 0, 0};
+  quad.copies = {moved, turned};
+  scene.meshes.push_back(quad);
+  EXPECT_NEAR(seen(scene, {9.5, -0.5, 3}, {9.5, -0.5, 0}), 0.1, 1e-6);
+  EXPECT_NEAR(seen(scene, {10.5, -0.6, 3}, {10.5, -0.6, 0}), 0.2, 1e-6);
+  EXPECT_NEAR(seen(scene, {9.5, 0.6, 3}, {9.5, 0.6, 0}), 0.3, 1e-6);
+  EXPECT_NEAR(seen(scene, {0.5, 0.6, 3}, {0.5, 0.6, 0}), 0.2, 1e-6);
+
+  scene.meshes = {bare};
+  EXPECT_NEAR(seen(scene, {0.8, -0.8, 3}, {0.8, -0.8, 0}), 0.2, 1e-6);  // next to the first triangle's second corner
+}
+
+// A factor on both axes of (u, v) repeats the picture.
+TEST(Textures, AreTransformed) {
+  SceneDescription scene;
+  MaterialDescription picture;
+  picture.reflectance = four_colours(scene);
+  picture.reflectance.to_uv = {2, 0, 0.5, 0, 2, 0};
+  scene.patches.push_back(patch({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 2, picture));
+  EXPECT_NEAR(seen(scene, {-1.9, -1.9, 3}, {-1.9, -1.9, 0}), 0.2, 1e-6);
+  EXPECT_NEAR(seen(scene, {-0.9, -1.9, 3}, {-0.9, -1.9, 0}), 0.1, 1e-6);
+}
+
+// Brushed metal under a narrow lamp overhead: it is brighter seen along the direction that its facets are spread in, and a
+// turned patch turns with it.
+TEST(Materials, FollowTheDirectionOfU) {
+  const auto brushed = [](Vec3d u, Vec3d v) {
+    SceneDescription scene = scene_seen({4, 4, 0}, {0, 0, 0}, pencil, 1, 2000);
+    MaterialDescription metal = rough_gold(0.5);
+    metal.roughness_v = 0.05;
+    scene.patches.push_back(patch({0, 0, 0}, u, v, 5, metal));
+    scene.environment.kind = EnvironmentDescription::Kind::none;
+    LightDescription sun;
+    sun.kind = LightDescription::Kind::distant;
+    sun.normal = {0, 1, 0};
+    scene.lights.push_back(sun);
+    return render_and_measure(scene).mean;
+  };
+  EXPECT_GT(brushed({1, 0, 0}, {0, 0, -1}), 20 * brushed({0, 0, 1}, {1, 0, 0}));
+}
+
 // A lamp over a floor and a ball, under a weak sky.
 SceneDescription lit_ball(const MaterialDescription& ball, const MaterialDescription& floor) {
   SceneDescription scene = scene_seen({0.2, 1.2, 2.6}, {0, 0.4, 0}, 40, 8, 1500);

@@ -131,6 +131,73 @@ const Flaw flaws[] = {
      },
      "the placement flattens it"},
     {"ball", [](auto& s) { s.balls[0].balls[0].radius = -1; }, "set of balls 1: a ball of radius -1"},
+    {"picture",
+     [](auto& s) {
+       s.patches[0].material.reflectance.kind = TextureKind::bitmap;
+       s.patches[0].material.reflectance.picture = 0;
+     },
+     "patch 1: reflectance: it shows picture 0 of 0"},
+    {"picture_size",
+     [](auto& s) {
+       s.pictures.emplace_back().image = make_image(2, 2, 3);
+       s.pictures[0].image.pixels.pop_back();
+     },
+     "picture 1: 11 values for 2 x 2 pixels"},
+    {"picture_negative",
+     [](auto& s) {
+       s.pictures.emplace_back().image = make_image(2, 2, 3);
+       s.pictures[0].image.pixels[3] = -1;
+     },
+     "picture 1: it has a pixel that is negative"},
+    {"picture_channels", [](auto& s) { s.pictures.emplace_back().image = make_image(2, 2, 2); }, "of 2 channels"},
+    {"texture_transform",
+     [](auto& s) {
+       s.patches[0].material.reflectance.kind = TextureKind::uv_checker;
+       s.patches[0].material.reflectance.to_uv[2] = nan_value;
+     },
+     "patch 1: reflectance: its transform"},
+    {"fluid_texture", [](auto& s) { s.fluids[0].material.reflectance.kind = TextureKind::uv_checker; },
+     "has no coordinates (u, v)"},
+    {"mesh_coordinates", [](auto& s) { s.meshes[0].mesh.coordinates.resize(2); },
+     "mesh 1: 2 texture coordinates for 3 positions"},
+    {"mesh_coordinate",
+     [](auto& s) {
+       s.meshes[0].mesh.coordinates = {{0, 0}, {0, infinity}, {1, 0}};
+     },
+     "mesh 1: a texture coordinate is not finite"},
+    {"pole",
+     [](auto& s) {
+       s.balls[0].pole = {1, 0, 1};
+     },
+     "pole and meridian are not at right angles"},
+    {"back_of_glass", [](auto& s) { s.boxes[0].material.back.push_back(diffuse_material({})); },
+     "box 1: only what is opaque"},
+    {"back_reflectance",
+     [](auto& s) {
+       s.patches[0].material.back.push_back(diffuse_material({2, 0, 0}));
+     },
+     "patch 1: its back: reflectance: 2,0,0"},
+    {"two_backs", [](auto& s) { s.patches[0].material.back.resize(2); }, "patch 1: 2 materials for its back"},
+    {"conductor_index",
+     [](auto& s) {
+       s.patches[0].material = conductor_material({0, 0, 0}, {0, 1, 1});
+     },
+     "patch 1: eta and k of a channel are both 0"},
+    {"principled",
+     [](auto& s) {
+       s.patches[0].material.kind = BsdfKind::principled;
+       s.patches[0].material.principled.sheen = 2;
+     },
+     "patch 1: sheen 2 is not in [0, 1]"},
+    {"glass_patch",
+     [](auto& s) {
+       s.patches[0].material.kind = BsdfKind::principled;
+       s.patches[0].material.principled.spec_trans = 0.1;
+     },
+     "patch 1: a patch has no inside"},
+    {"thin_fluid", [](auto& s) { s.fluids[0].material.kind = BsdfKind::thin_dielectric; },
+     "none that a surface can have"},
+    {"roughness_v", [](auto& s) { s.balls[0].material.roughness_v = -0.1; }, "roughness_v -0.1 is not in"},
     {"reflectance", [](auto& s) { s.balls[0].material.reflectance.first.r = 1.5f; }, "not in [0, 1]"},
     {"box", [](auto& s) { s.boxes[0].box.high.x = 2; }, "box 1: the first corner"},
     {"patch_axes",

@@ -102,7 +102,7 @@ EmbreeScene::EmbreeScene(const FlatScene& scene, const KernelTable& kernels) {
     balls.instance = static_cast<int>(i);
     balls.solid = instance.solid;
     balls.scene = make_ball_scene(device_, balls, kernels);
-    attach_instance(device_, top_, balls.scene, instance.to_world, id);
+    attach_instance(device_, top_, balls.scene, Transform{}, id);
   }
   rtcCommitScene(top_);
   for (RTCScene mesh : meshes) rtcReleaseScene(mesh);

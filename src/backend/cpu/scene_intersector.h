@@ -5,6 +5,7 @@
 #include "geometry/implicit_surface_batch.h"
 #include "integrators/scene_hit.h"
 #include "media/media_state.h"
+#include "scene/flat_coordinates.h"
 
 namespace embrun {
 
@@ -245,6 +246,9 @@ struct CpuIntersector {
         hit.shading_normal = normalize(dot(smooth, hit.geometric_normal) < 0.0f ? -smooth : smooth);
     }
     hit.entering = dot(ray.direction, hit.geometric_normal) < 0.0f;
+    hit.triangle = primitive;
+    hit.weight_b = u;
+    hit.weight_c = v;
   }
 
   EMBRUN_FN void describe(const Instance& instance, SceneHit& hit) const {
@@ -253,8 +257,10 @@ struct CpuIntersector {
     hit.fluid = instance.fluid;
     hit.solid = instance.solid;
     hit.light = instance.light;
-    hit.uv = {};
-    hit.tangent = {};
+    SurfaceCoordinates coordinates;
+    if (instance.needs_coordinates) coordinates = coordinates_of(scene.flat, instance, hit.surface);
+    hit.uv = coordinates.uv;
+    hit.tangent = coordinates.tangent;
     // Rounding of the position grows with its coordinates.
     const Vec3 p = hit.surface.position;
     const float reach = max_of(fabsf(p.x), max_of(fabsf(p.y), fabsf(p.z)));
