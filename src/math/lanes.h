@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #if defined(__SSE__) && !defined(__CUDACC__)
@@ -136,6 +137,14 @@ EMBRUN_FN float lane_of(const F16& v, int lane) {
 EMBRUN_FN F16 select_less(F16 a, F16 b, F16 yes, F16 no) {
   EMBRUN_FOR_LANE_PARTS a.part[i] = a.part[i] < b.part[i] ? yes.part[i] : no.part[i];
   return a;
+}
+
+/// Square roots of lanes that are not negative.
+EMBRUN_FN F16 sqrt_of(F16 a) {
+  float lane[16];
+  store16(lane, a);
+  for (int i = 0; i < 16; ++i) lane[i] = sqrtf(lane[i]);
+  return load16(lane);
 }
 
 /// Sum of the lanes, in the same order on every instruction set.

@@ -1,0 +1,232 @@
+#pragma once
+
+#include <cstdint>
+
+#include "math/lanes.h"
+#include "math/rgb.h"
+#include "media/grid_walk.h"
+#include "media/particle_medium.h"
+#include "media/phase_function.h"
+
+// The particles of all fluids and volumes of a scene as one medium: what per-ray code reads. Bricks (large cells) bound the
+// extinction from above; cells within them list the balls that reach into them. Coordinates are the scene's.
+
+namespace embrun {
+
+/// Fluids and volumes that can be told apart: bits of a mask.
+inline constexpr int max_density_fluids = 32;
+
+/// What all particles of a fluid share.
+struct DensityFluid {
+  Rgb extinction;  ///< per metre, of a particle of factor 1
+  Rgb albedo;
+  PhaseFunction phase;
+  bool smooth = false;       ///< DensityModel::smooth
+  bool own_colours = false;  ///< its particles have BallColours
+};
+
+/// Sixteen balls of one fluid. Places that are not used have squared radius -1 (in a smooth fluid 1) and factor 0.
+struct alignas(64) BallBlock {
+  float x[16], y[16], z[16];
+  float radius_squared[16];
+  float factor[16];  ///< on DensityFluid::extinction; smooth: times the kernel's norm and the particle's volume
+};
+
+/// What a particle of its own colour is, besides its factor.
+struct BallColours {
+  Rgb tint;  ///< on the extinction, each channel in [0, 1]
+  Rgb albedo;
+  Rgb emission;  ///< radiance of its matter if it were opaque
+};
+
+struct DensityCell {
+  std::uint32_t first_block = 0, block_count = 0;  ///< ordered by fluid
+};
+
+struct DensityBrick {
+  Rgb majorant;   ///< proven: no point of the brick has a larger extinction, per metre
+  CellGrid grid;  ///< the box of its balls
+  std::uint32_t first_cell = 0;
+};
+
+inline constexpr std::uint32_t no_brick = 0xffffffffu;
+
+/// A view of arrays that a ParticleDensity owns.
+struct ParticleDensityView {
+  CellGrid grid;                               ///< of bricks
+  const std::uint32_t* brick_index = nullptr;  ///< by cell of `grid`, or no_brick
+  const DensityBrick* bricks = nullptr;
+  const DensityCell* cells = nullptr;
+  const BallBlock* blocks = nullptr;
+  const std::uint8_t* block_fluid = nullptr;
+  const std::uint32_t* block_colours = nullptr;  ///< 16 for each block: indices into `colours`; null: no own colours
+  const BallColours* colours = nullptr;
+  const DensityFluid* fluids = nullptr;
+  int fluid_count = 0;
+  MediaOverlap overlap = MediaOverlap::sum;
+  std::uint32_t present = 0;  ///< mask of the fluids that have any extinction
+  bool grey = true;           ///< all extinctions are the same in the three channels
+  bool piecewise = true;      ///< no fluid is smooth: extinction is constant between the balls' surfaces
+};
+
+/// Extinctions of several fluids at one point, made one.
+struct OverlapSum {
+  Rgb extinction;
+  float rank = -1.0f;
+
+  /// True when `k` now is what counts (or, in a sum, what was added).
+  EMBRUN_FN bool add(MediaOverlap overlap, Rgb k) {
+    const float rank_of_k = mean(k);
+    if (!(rank_of_k > 0.0f)) return false;
+    if (overlap == MediaOverlap::sum) {
+      extinction += k;
+      return true;
+    }
+    if (rank >= 0.0f && !(overlap == MediaOverlap::min ? rank_of_k < rank : rank_of_k > rank)) return false;
+    rank = rank_of_k;
+    extinction = k;
+    return true;
+  }
+};
+
+/// Shape of the solvers' cubic spline [Monaghan1992] over its support, at u^2 = (r/h)^2; 1 at the centre, 0 from u = 1 on.
+EMBRUN_FN F16 cubic_spline(F16 u_squared) {
+  const F16 safe = max_of(u_squared, splat(1e-12f));
+  const F16 u = safe * rsqrt_of(safe);
+  const F16 outer = max_of(1.0f - u, splat(0.0f)), inner = max_of(0.5f - u, splat(0.0f));
+  // 2 (1 - u)^3 everywhere, less 8 (1/2 - u)^3 within half the support: 1 - 6 u^2 + 6 u^3 there.
+  return 2.0f * (outer * outer * outer) - 8.0f * (inner * inner * inner);
+}
+
+/// Weights of a block's particles at a point: for balls 1 inside and 0 outside, for smooth fluids the kernel.
+EMBRUN_FN F16 block_weights(const BallBlock& block, bool smooth, Vec3 p) {
+  const F16 dx = load16(block.x) - p.x, dy = load16(block.y) - p.y, dz = load16(block.z) - p.z;
+  const F16 distance_squared = dx * dx + dy * dy + dz * dz;
+  const F16 radius_squared = load16(block.radius_squared);
+  if (smooth) return cubic_spline(distance_squared / radius_squared);
+  return select_less(distance_squared, radius_squared, splat(1.0f), splat(0.0f));
+}
+
+/// What one fluid's particles are together at a point: sums over them, by the weights they have there.
+struct FluidSums {
+  F16 weight, factor;
+  Rgb tinted;  ///< of own colours: factor x tint
+
+  EMBRUN_FN FluidSums() : weight(splat(0.0f)), factor(splat(0.0f)) {}
+
+  EMBRUN_FN void add(const ParticleDensityView& view, std::uint32_t block, F16 weights) {
+    const BallBlock& balls = view.blocks[block];
+    const F16 factors = weights * load16(balls.factor);
+    weight += weights;
+    factor += factors;
+    if (!view.fluids[view.block_fluid[block]].own_colours) return;
+    float lanes[16];
+    store16(lanes, factors);
+    for (int i = 0; i < 16; ++i)
+      if (lanes[i] > 0.0f)
+        tinted += view.colours[view.block_colours[16 * block + static_cast<std::uint32_t>(i)]].tint * lanes[i];
+  }
+  /// The fluid's extinction: the mean over its balls, or the smooth sum.
+  EMBRUN_FN Rgb extinction(const DensityFluid& fluid) const {
+    const float count = fluid.smooth ? 1.0f : sum_lanes(weight);
+    if (!(count > 0.0f)) return {};
+    const float norm = 1.0f / count;
+    return fluid.extinction * (fluid.own_colours ? tinted * norm : grey(sum_lanes(factor) * norm));
+  }
+};
+
+/// The cell of a brick that holds a point; null outside the brick's balls.
+EMBRUN_FN const DensityCell* cell_at(const ParticleDensityView& view, const DensityBrick& brick, Vec3 p) {
+  const Vec3 at = (p - brick.grid.low) * brick.grid.cells_per_metre;
+  // Written so that what lies below 0, which truncation would take for cell 0, is out.
+  if (!(at.x >= 0.0f && at.y >= 0.0f && at.z >= 0.0f)) return nullptr;
+  const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+  if (x >= brick.grid.nx || y >= brick.grid.ny || z >= brick.grid.nz) return nullptr;
+  return &view.cells[brick.first_cell + static_cast<std::uint32_t>(brick.grid.index(x, y, z))];
+}
+
+/// Extinction at a point of a cell, per metre, of the fluids in `mask`.
+EMBRUN_LOCAL_FN Rgb extinction_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
+                                       std::uint32_t mask) {
+  OverlapSum total;
+  const std::uint32_t end = cell.first_block + cell.block_count;
+  for (std::uint32_t block = cell.first_block; block < end;) {
+    const int number = view.block_fluid[block];
+    const DensityFluid& fluid = view.fluids[number];
+    const bool counts = (mask >> number & 1u) != 0;
+    FluidSums sums;
+    for (; block < end && view.block_fluid[block] == number; ++block)
+      if (counts) sums.add(view, block, block_weights(view.blocks[block], fluid.smooth, p));
+    if (counts) total.add(view.overlap, sums.extinction(fluid));
+  }
+  return total.extinction;
+}
+
+/// What a path meets where it collides: one fluid, as it is there.
+struct LocalMedium {
+  int fluid = -1;  ///< -1: nothing is there
+  Rgb extinction;  ///< of that fluid alone, per metre
+  Rgb albedo;      ///< scattering / extinction
+  Rgb emission;    ///< emission / extinction: radiance that the collision brings
+};
+
+/// Albedo and glow of one fluid's own colours at a point: scattering, absorption and emission are averaged each.
+EMBRUN_LOCAL_FN void mix_own_colours(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
+                                     LocalMedium& local) {
+  Rgb scattering, extinction, emission;
+  const bool smooth = view.fluids[local.fluid].smooth;
+  for (std::uint32_t block = cell.first_block; block < cell.first_block + cell.block_count; ++block) {
+    if (view.block_fluid[block] != local.fluid) continue;
+    float lanes[16];
+    store16(lanes, block_weights(view.blocks[block], smooth, p) * load16(view.blocks[block].factor));
+    for (int i = 0; i < 16; ++i) {
+      if (!(lanes[i] > 0.0f)) continue;
+      const BallColours& own = view.colours[view.block_colours[16 * block + static_cast<std::uint32_t>(i)]];
+      const Rgb k = own.tint * lanes[i];
+      extinction += k;
+      scattering += k * own.albedo;
+      emission += k * (grey(1.0f) - own.albedo) * own.emission;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    const float norm = extinction[c] > 0.0f ? 1.0f / extinction[c] : 0.0f;
+    local.albedo[c] = min_of(scattering[c] * norm, 1.0f);
+    local.emission[c] = emission[c] * norm;
+  }
+}
+
+/// The fluid that a path collides with at a point of a cell. Of a mixture it is drawn by `u` in [0, 1), in proportion to
+/// the extinctions in `channel`.
+EMBRUN_LOCAL_FN LocalMedium collide_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
+                                            std::uint32_t mask, int channel, float u) {
+  LocalMedium local;
+  OverlapSum total;
+  const std::uint32_t end = cell.first_block + cell.block_count;
+  for (std::uint32_t block = cell.first_block; block < end;) {
+    const int number = view.block_fluid[block];
+    const DensityFluid& fluid = view.fluids[number];
+    FluidSums sums;
+    for (; block < end && view.block_fluid[block] == number; ++block)
+      sums.add(view, block, block_weights(view.blocks[block], fluid.smooth, p));
+    if ((mask >> number & 1u) == 0) continue;
+    const Rgb k = sums.extinction(fluid);
+    if (!total.add(view.overlap, k)) continue;
+    if (view.overlap == MediaOverlap::sum) {
+      // One number draws among any count: what it leaves undecided is spread over [0, 1) again.
+      const float share = k[channel] > 0.0f ? k[channel] / total.extinction[channel] : 0.0f;
+      if (!(u < share)) {
+        u = (u - share) / (1.0f - share);
+        continue;
+      }
+      u = u / share;
+    }
+    local.fluid = number;
+    local.extinction = k;
+  }
+  if (local.fluid < 0) return local;
+  local.albedo = view.fluids[local.fluid].albedo;
+  if (view.fluids[local.fluid].own_colours) mix_own_colours(view, cell, p, local);
+  return local;
+}
+
+}  // namespace embrun

@@ -1,0 +1,407 @@
+#include "media/particle_density_build.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/parallel.h"
+
+namespace embrun {
+namespace {
+
+/// A particle on its way into the lists.
+struct Ball {
+  Vec3 center;
+  float reach = 0;   ///< radius of the ball, or the kernel's support
+  float factor = 0;  ///< as in BallBlock
+  std::uint32_t colours = 0;
+  std::uint8_t fluid = 0;
+};
+
+/// Rounding of coordinates must not put a point that a ray computes into a cell that does not list its balls.
+constexpr float coordinate_slack = 2e-6f;
+
+constexpr std::size_t most_bricks = 1u << 20;
+constexpr int most_cells_a_side = 64;
+
+/// The kernel's reach in radii: the solvers' h = 4 r.
+constexpr float smooth_reach = 4;
+
+/// Squared distance from a point to a box.
+float distance_squared(const Box3& box, Vec3 p) {
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float d = std::max({box.low[axis] - p[axis], 0.0f, p[axis] - box.high[axis]});
+    sum += d * d;
+  }
+  return sum;
+}
+
+Box3 cell_box(const CellGrid& grid, int x, int y, int z, float slack) {
+  const auto corner = [&](int i, int j, int k) {
+    return grid.low + Vec3{static_cast<float>(i) * grid.cell.x, static_cast<float>(j) * grid.cell.y,
+                           static_cast<float>(k) * grid.cell.z};
+  };
+  const Vec3 margin{slack, slack, slack};
+  return {corner(x, y, z) - margin, corner(x + 1, y + 1, z + 1) + margin};
+}
+
+CellGrid grid_over(const Box3& box, int nx, int ny, int nz) {
+  CellGrid grid;
+  grid.low = box.low;
+  grid.nx = nx;
+  grid.ny = ny;
+  grid.nz = nz;
+  const Vec3 size = box.high - box.low;
+  grid.cell = {size.x / static_cast<float>(nx), size.y / static_cast<float>(ny), size.z / static_cast<float>(nz)};
+  grid.cells_per_metre = {1 / grid.cell.x, 1 / grid.cell.y, 1 / grid.cell.z};
+  return grid;
+}
+
+/// Calls visit(index) for the cells of a grid that a ball reaches into.
+template <class Visit>
+void for_cells_of(const CellGrid& grid, const Ball& ball, float slack, const Visit& visit) {
+  const float reach = ball.reach + slack;
+  const auto range = [&](int axis, int n, int& first, int& last) {
+    const float inverse = grid.cells_per_metre[axis];
+    const auto index = [&](float c) {
+      return static_cast<int>(std::clamp(std::floor((c - grid.low[axis]) * inverse), -1.0f, static_cast<float>(n)));
+    };
+    first = std::max(index(ball.center[axis] - reach) - 1, 0);
+    last = std::min(index(ball.center[axis] + reach) + 1, n - 1);
+  };
+  int x0, x1, y0, y1, z0, z1;
+  range(0, grid.nx, x0, x1);
+  range(1, grid.ny, y0, y1);
+  range(2, grid.nz, z0, z1);
+  for (int z = z0; z <= z1; ++z)
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x)
+        if (distance_squared(cell_box(grid, x, y, z, slack), ball.center) <= ball.reach * ball.reach)
+          visit(static_cast<std::size_t>(grid.index(x, y, z)));
+}
+
+/// Shape of the cubic spline at the distance d from its centre: an upper bound, for it falls monotonically.
+float spline(float d, float reach) {
+  const float u = d / reach;
+  const float outer = std::max(1 - u, 0.0f), inner = std::max(0.5f - u, 0.0f);
+  return 2 * outer * outer * outer - 8 * inner * inner * inner;
+}
+
+/// Greatest sum of a smooth fluid's kernels in a box, by the nearest point of the box for each: split into parts, since all
+/// kernels are not at their greatest at one place.
+float smooth_bound(const std::vector<Ball>& balls, const std::vector<std::uint32_t>& list, int fluid, const Box3& box) {
+  constexpr int parts = 4;
+  const CellGrid grid = grid_over(box, parts, parts, parts);
+  float greatest = 0;
+  for (int z = 0; z < parts; ++z)
+    for (int y = 0; y < parts; ++y)
+      for (int x = 0; x < parts; ++x) {
+        const Box3 part = cell_box(grid, x, y, z, 1e-3f * grid.cell.x);
+        float sum = 0;
+        for (const std::uint32_t i : list) {
+          if (balls[i].fluid != fluid) continue;
+          const float d = std::sqrt(distance_squared(part, balls[i].center));
+          if (d < balls[i].reach) sum += balls[i].factor * spline(d, balls[i].reach);
+        }
+        greatest = std::max(greatest, sum);
+      }
+  // Sums in another order round otherwise, and the ray's kernel has an approximate root.
+  return greatest * 1.0001f;
+}
+
+/// One brick's part of the arrays, before they are put together.
+struct BuiltBrick {
+  DensityBrick brick;
+  std::vector<DensityCell> cells;
+  std::vector<BallBlock> blocks;
+  std::vector<std::uint8_t> block_fluid;
+  std::vector<std::uint32_t> block_colours;
+};
+
+/// What the bricks are built from.
+struct Source {
+  std::vector<Ball> balls;
+  const std::vector<DensityFluid>& fluids;
+  MediaOverlap overlap;
+  float slack = 0;  ///< metres
+};
+
+void append_block(const Source& source, const std::uint32_t* members, std::size_t count, BuiltBrick& built) {
+  const int number = source.balls[members[0]].fluid;
+  const bool smooth = source.fluids[static_cast<std::size_t>(number)].smooth;
+  BallBlock block;
+  for (std::size_t lane = 0; lane < 16; ++lane) {
+    const Ball ball = lane < count ? source.balls[members[lane]] : Ball{};
+    block.x[lane] = ball.center.x;
+    block.y[lane] = ball.center.y;
+    block.z[lane] = ball.center.z;
+    block.radius_squared[lane] = lane < count ? ball.reach * ball.reach : smooth ? 1.0f : -1.0f;
+    block.factor[lane] = ball.factor;
+    built.block_colours.push_back(ball.colours);
+  }
+  built.blocks.push_back(block);
+  built.block_fluid.push_back(static_cast<std::uint8_t>(number));
+}
+
+/// Bound on the extinction in a cell: of a fluid of balls the mean is at most the largest; fluids by the overlap rule.
+Rgb cell_bound(const Source& source, const std::vector<std::uint32_t>& list, const Box3& box) {
+  Rgb bound;
+  for (std::size_t begin = 0; begin < list.size();) {
+    const int number = source.balls[list[begin]].fluid;
+    const DensityFluid& fluid = source.fluids[static_cast<std::size_t>(number)];
+    float factor = 0;
+    std::size_t end = begin;
+    for (; end < list.size() && source.balls[list[end]].fluid == number; ++end)
+      factor = std::max(factor, source.balls[list[end]].factor);
+    if (fluid.smooth) factor = smooth_bound(source.balls, list, number, box);
+    const Rgb own = fluid.extinction * factor;
+    // Whichever fluid counts, and whichever are masked out: the largest of each channel.
+    bound = source.overlap == MediaOverlap::sum
+                ? bound + own
+                : Rgb{std::max(bound.r, own.r), std::max(bound.g, own.g), std::max(bound.b, own.b)};
+    begin = end;
+  }
+  return bound;
+}
+
+/// Divides a brick among cells about as large as its balls, as far as its lists do not grow out of proportion.
+std::vector<std::vector<std::uint32_t>> divide(const Source& source, const std::vector<std::uint32_t>& members,
+                                               const Box3& box, CellGrid& grid) {
+  std::vector<float> reaches;
+  for (const std::uint32_t i : members) reaches.push_back(source.balls[i].reach);
+  const auto middle = reaches.begin() + static_cast<std::ptrdiff_t>(reaches.size() / 2);
+  std::nth_element(reaches.begin(), middle, reaches.end());
+  float target = 2.5f * *middle;
+  const float most = std::cbrt(16.0f * static_cast<float>(members.size())) + 2;
+  for (;; target *= 2) {
+    const auto count = [&](float size) {
+      return static_cast<int>(
+          std::clamp(std::ceil(size / target), 1.0f, std::min(most, static_cast<float>(most_cells_a_side))));
+    };
+    const Vec3 size = box.high - box.low;
+    grid = grid_over(box, count(size.x), count(size.y), count(size.z));
+    std::vector<std::vector<std::uint32_t>> lists(static_cast<std::size_t>(grid.nx * grid.ny * grid.nz));
+    std::size_t entries = 0;
+    const std::size_t limit = 64 * members.size() + 4096;
+    for (const std::uint32_t i : members) {
+      for_cells_of(grid, source.balls[i], source.slack, [&](std::size_t cell) {
+        lists[cell].push_back(i);
+        ++entries;
+      });
+      if (entries > limit) break;
+    }
+    if (entries <= limit || lists.size() == 1) return lists;
+  }
+}
+
+/// `members`: the balls that reach into `brick_box`, ordered by fluid.
+BuiltBrick build_brick(const Source& source, const std::vector<std::uint32_t>& members, const Box3& brick_box) {
+  Box3 box;
+  for (const std::uint32_t i : members) {
+    const Ball& ball = source.balls[i];
+    const float reach = ball.reach + source.slack;
+    box.include(max_of(ball.center - Vec3{reach, reach, reach}, brick_box.low));
+    box.include(min_of(ball.center + Vec3{reach, reach, reach}, brick_box.high));
+  }
+  BuiltBrick built;
+  const std::vector<std::vector<std::uint32_t>> lists = divide(source, members, box, built.brick.grid);
+  const CellGrid& grid = built.brick.grid;
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) {
+        const std::vector<std::uint32_t>& list = lists[static_cast<std::size_t>(grid.index(x, y, z))];
+        DensityCell cell;
+        cell.first_block = static_cast<std::uint32_t>(built.blocks.size());
+        for (std::size_t begin = 0; begin < list.size();) {
+          std::size_t end = begin;
+          while (end < list.size() && end - begin < 16 &&
+                 source.balls[list[end]].fluid == source.balls[list[begin]].fluid)
+            ++end;
+          append_block(source, list.data() + begin, end - begin, built);
+          begin = end;
+        }
+        cell.block_count = static_cast<std::uint32_t>(built.blocks.size()) - cell.first_block;
+        built.cells.push_back(cell);
+        const Rgb bound = cell_bound(source, list, cell_box(grid, x, y, z, source.slack));
+        Rgb& majorant = built.brick.majorant;
+        majorant = {std::max(majorant.r, bound.r), std::max(majorant.g, bound.g), std::max(majorant.b, bound.b)};
+      }
+  return built;
+}
+
+/// Extinctions of a fluid's particles as factors of one colour, and tints where they have their own.
+void add_fluid(const DensityParticles& particles, int number, DensityFluid& fluid, std::vector<Ball>& balls,
+               std::vector<BallColours>& colours) {
+  fluid.albedo = particles.albedo;
+  fluid.phase = particles.phase;
+  fluid.smooth = particles.model == DensityModel::smooth;
+  fluid.extinction = particles.extinction;
+  if (!particles.extinctions.empty()) {
+    fluid.extinction = {};
+    for (const Rgb& k : particles.extinctions)
+      fluid.extinction = {std::max(fluid.extinction.r, k.r), std::max(fluid.extinction.g, k.g),
+                          std::max(fluid.extinction.b, k.b)};
+  }
+  fluid.own_colours = !particles.extinctions.empty() || !particles.albedos.empty() || !particles.emission.empty();
+
+  for (std::size_t i = 0; i < particles.positions.size(); ++i) {
+    const float radius = particles.radii.empty() ? particles.radius : particles.radii[i];
+    if (!(radius > 0)) continue;
+    BallColours own{grey(1), particles.albedo, {}};
+    Ball ball;
+    ball.center = particles.positions[i];
+    ball.fluid = static_cast<std::uint8_t>(number);
+    ball.reach = fluid.smooth ? smooth_reach * radius : radius;
+    ball.factor = particles.factors.empty() ? 1 : particles.factors[i];
+    if (!particles.extinctions.empty()) {
+      Rgb relative;
+      for (int c = 0; c < 3; ++c)
+        relative[c] = fluid.extinction[c] > 0 ? particles.extinctions[i][c] / fluid.extinction[c] : 0;
+      ball.factor = max_component(relative);
+      own.tint = ball.factor > 0 ? relative * (1 / ball.factor) : grey(1);
+    }
+    if (fluid.smooth) {
+      const float share = radius / particles.radius;
+      ball.factor *= particles.volume * share * share * share * 8 * inv_pi / (ball.reach * ball.reach * ball.reach);
+    }
+    if (fluid.own_colours) {
+      if (!particles.albedos.empty()) own.albedo = particles.albedos[i];
+      if (!particles.emission.empty()) own.emission = particles.emission[i];
+      ball.colours = static_cast<std::uint32_t>(colours.size());
+      colours.push_back(own);
+    }
+    balls.push_back(ball);
+  }
+}
+
+/// Side of the bricks: several balls, so that long flights take few steps, but no more than about a mean free path, so that
+/// void beside the balls costs little.
+float choose_brick(const Source& source) {
+  double reach = 0, extinction = 0;
+  for (const Ball& ball : source.balls) {
+    const DensityFluid& fluid = source.fluids[ball.fluid];
+    reach += static_cast<double>(ball.reach);
+    extinction += static_cast<double>(max_component(fluid.extinction) * (fluid.smooth ? 1 : ball.factor));
+  }
+  const auto count = static_cast<double>(source.balls.size());
+  reach /= count;
+  extinction /= count;
+  return static_cast<float>(std::clamp(1 / std::max(extinction, 1e-30), 4 * reach, 12 * reach));
+}
+
+}  // namespace
+
+ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, MediaOverlap overlap, float brick) {
+  EMBRUN_CHECK(fluids.size() <= static_cast<std::size_t>(max_density_fluids));
+  fluids_.resize(fluids.size());
+  Source source{{}, fluids_, overlap};
+  for (std::size_t i = 0; i < fluids.size(); ++i) {
+    std::vector<Ball> own;
+    add_fluid(fluids[i], static_cast<int>(i), fluids_[i], own, colours_);
+    // A fluid without any extinction is not there.
+    const bool present = !is_black(fluids_[i].extinction) &&
+                         std::any_of(own.begin(), own.end(), [](const Ball& ball) { return ball.factor > 0; });
+    if (!present) continue;
+    view_.present |= 1u << i;
+    source.balls.insert(source.balls.end(), own.begin(), own.end());
+  }
+  view_.overlap = overlap;
+  view_.fluid_count = static_cast<int>(fluids_.size());
+  balls_ = source.balls.size();
+  for (const DensityFluid& fluid : fluids_) {
+    const bool own = fluid.own_colours;
+    view_.grey =
+        view_.grey && !own && fluid.extinction.r == fluid.extinction.g && fluid.extinction.g == fluid.extinction.b;
+    view_.piecewise = view_.piecewise && !fluid.smooth;
+  }
+  if (source.balls.empty()) return;
+
+  Box3 bounds;
+  for (const Ball& ball : source.balls) {
+    bounds.include(ball.center - Vec3{ball.reach, ball.reach, ball.reach});
+    bounds.include(ball.center + Vec3{ball.reach, ball.reach, ball.reach});
+  }
+  const Vec3 size = bounds.high - bounds.low;
+  const Vec3 farthest = max_of(-bounds.low, bounds.high);
+  source.slack = coordinate_slack * std::max({farthest.x, farthest.y, farthest.z, size.x, size.y, size.z});
+  bounds.low = bounds.low - Vec3{source.slack, source.slack, source.slack};
+  bounds.high = bounds.high + Vec3{source.slack, source.slack, source.slack};
+
+  // Lists of the balls in each brick; bricks grow until there are not too many, nor too many balls in several of them.
+  std::vector<std::vector<std::uint32_t>> lists;
+  float side = brick > 0 ? brick : choose_brick(source);
+  for (;; side *= 2) {
+    const auto count = [&](float extent) {
+      return std::max(std::ceil(static_cast<double>(extent) / static_cast<double>(side)), 1.0);
+    };
+    const double bricks = count(size.x) * count(size.y) * count(size.z);
+    if (bricks > static_cast<double>(most_bricks)) continue;
+    view_.grid = grid_over(bounds, static_cast<int>(count(size.x)), static_cast<int>(count(size.y)),
+                           static_cast<int>(count(size.z)));
+    lists.assign(static_cast<std::size_t>(bricks), {});
+    std::size_t entries = 0;
+    const std::size_t limit = 16 * balls_ + 65536;
+    for (std::size_t i = 0; i < balls_ && entries <= limit; ++i)
+      for_cells_of(view_.grid, source.balls[i], source.slack, [&](std::size_t cell) {
+        lists[cell].push_back(static_cast<std::uint32_t>(i));
+        ++entries;
+      });
+    if (entries <= limit || bricks == 1) break;
+  }
+
+  std::vector<std::uint32_t> filled;
+  brick_index_.assign(lists.size(), no_brick);
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    if (lists[i].empty()) continue;
+    brick_index_[i] = static_cast<std::uint32_t>(filled.size());
+    filled.push_back(static_cast<std::uint32_t>(i));
+  }
+  std::vector<BuiltBrick> built(filled.size());
+  parallel_for(filled.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const int index = static_cast<int>(filled[i]);
+      const int x = index % view_.grid.nx, y = index / view_.grid.nx % view_.grid.ny,
+                z = index / view_.grid.nx / view_.grid.ny;
+      built[i] = build_brick(source, lists[filled[i]], cell_box(view_.grid, x, y, z, source.slack));
+    }
+  });
+  for (BuiltBrick& part : built) {
+    const auto first_block = static_cast<std::uint32_t>(blocks_.size());
+    part.brick.first_cell = static_cast<std::uint32_t>(cells_.size());
+    bricks_.push_back(part.brick);
+    for (DensityCell cell : part.cells) {
+      cell.first_block += first_block;
+      cells_.push_back(cell);
+    }
+    blocks_.insert(blocks_.end(), part.blocks.begin(), part.blocks.end());
+    block_fluid_.insert(block_fluid_.end(), part.block_fluid.begin(), part.block_fluid.end());
+    if (!colours_.empty())
+      block_colours_.insert(block_colours_.end(), part.block_colours.begin(), part.block_colours.end());
+    part = {};
+  }
+
+  view_.brick_index = brick_index_.data();
+  view_.bricks = bricks_.data();
+  view_.cells = cells_.data();
+  view_.blocks = blocks_.data();
+  view_.block_fluid = block_fluid_.data();
+  view_.block_colours = block_colours_.empty() ? nullptr : block_colours_.data();
+  view_.colours = colours_.data();
+  view_.fluids = fluids_.data();
+}
+
+ParticleDensityStats ParticleDensity::stats() const {
+  ParticleDensityStats s;
+  s.balls = balls_;
+  s.bricks = bricks_.size();
+  s.cells = cells_.size();
+  s.blocks = blocks_.size();
+  s.bytes = brick_index_.size() * sizeof brick_index_[0] + bricks_.size() * sizeof bricks_[0] +
+            cells_.size() * sizeof cells_[0] + blocks_.size() * (sizeof blocks_[0] + 1) +
+            block_colours_.size() * sizeof block_colours_[0] + colours_.size() * sizeof colours_[0];
+  s.brick = view_.grid.cell.x;
+  return s;
+}
+
+}  // namespace embrun
