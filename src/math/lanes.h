@@ -149,12 +149,38 @@ EMBRUN_FN F16 sqrt_of(F16 a) {
 
 /// Sum of the lanes, in the same order on every instruction set.
 EMBRUN_FN float sum_lanes(F16 v) {
+#if defined(__CUDACC__)
   float lane[16];
   store16(lane, v);
   float s[8];
   for (int i = 0; i < 8; ++i) s[i] = lane[i] + lane[i + 8];
   for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
   return (s[0] + s[2]) + (s[1] + s[3]);
+#else
+  // Halves as registers: left to itself the compiler adds lane by lane.
+  typedef float Four __attribute__((vector_size(16)));
+  Four part[4];
+  __builtin_memcpy(part, &v, sizeof v);
+  const Four s = (part[0] + part[2]) + (part[1] + part[3]);
+  return (s[0] + s[2]) + (s[1] + s[3]);
+#endif
+}
+/// How many lanes of `a` are less than those of `b`.
+EMBRUN_FN int count_less(F16 a, F16 b) {
+  int count = 0;
+  EMBRUN_FOR_LANE_PARTS {
+#if defined(__AVX512F__) && !defined(__CUDACC__)
+    count += __builtin_popcount(_mm512_cmp_ps_mask(a.part[i], b.part[i], _CMP_LT_OQ));
+#elif defined(__AVX__) && !defined(__CUDACC__)
+    count +=
+        __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.part[i], b.part[i], _CMP_LT_OQ))));
+#elif defined(__SSE__) && !defined(__CUDACC__)
+    count += __builtin_popcount(static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a.part[i], b.part[i]))));
+#else
+    count += a.part[i] < b.part[i] ? 1 : 0;
+#endif
+  }
+  return count;
 }
 EMBRUN_FN float max_lane(F16 v) {
   float lane[16];

@@ -38,23 +38,23 @@ struct CellEvents {
   EMBRUN_FN Rgb at(float s, std::uint32_t mask, float& next) const {
     OverlapSum total;
     F16 nearest = splat(infinity);
-    const std::uint32_t end = cell.first_block + cell.block_count;
-    for (std::uint32_t block = cell.first_block; block < end;) {
-      const int number = view.block_fluid[block];
-      const bool counts = (mask >> number & 1u) != 0;
+    FluidRun run(view, cell);
+    do {
+      if ((mask >> run.fluid & 1u) == 0) continue;
+      const DensityFluid& fluid = view.fluids[run.fluid];
       FluidSums sums;
-      for (; block < end && view.block_fluid[block] == number; ++block) {
-        if (!counts) continue;
+      for (std::uint32_t block = run.begin; block < run.end; ++block) {
         const BlockChords chords = chords_at(block);
         const F16 here = splat(s), never = splat(infinity), zero = splat(0.0f);
         // Inside from the entry on (enter <= s), up to but not at the exit (s < exit).
-        const F16 entered = select_less(here, chords.enter, zero, splat(1.0f));
-        sums.add(view, block, select_less(here, chords.exit, entered, zero));
-        const F16 exit = select_less(here, chords.exit, chords.exit, never);
-        nearest = min_of(nearest, select_less(here, chords.enter, chords.enter, exit));
+        const F16 exit = select_less(here, chords.enter, zero, chords.exit);
+        sums.add(view, fluid, block,
+                 {select_less(here, exit, load16(view.blocks[block].factor), zero), count_less(here, exit)});
+        nearest = min_of(
+            nearest, select_less(here, chords.enter, chords.enter, select_less(here, chords.exit, chords.exit, never)));
       }
-      if (counts) total.add(view.overlap, sums.extinction(view.fluids[number]));
-    }
+      total.add(view.overlap, sums.extinction(fluid));
+    } while (run.next(view, cell));
     next = min_lane(nearest);
     return total.extinction;
   }

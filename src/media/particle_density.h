@@ -39,8 +39,13 @@ struct BallColours {
   Rgb emission;  ///< radiance of its matter if it were opaque
 };
 
+/// Value of DensityCell::fluid where there are several.
+inline constexpr std::uint32_t mixed_fluids = 255;
+
 struct DensityCell {
-  std::uint32_t first_block = 0, block_count = 0;  ///< ordered by fluid
+  std::uint32_t first_block = 0;
+  std::uint32_t block_count : 24 = 0;  ///< ordered by fluid
+  std::uint32_t fluid : 8 = 0;         ///< of all its blocks, or mixed_fluids
 };
 
 struct DensityBrick {
@@ -98,67 +103,103 @@ EMBRUN_FN F16 cubic_spline(F16 u_squared) {
   return 2.0f * (outer * outer * outer) - 8.0f * (inner * inner * inner);
 }
 
-/// Weights of a block's particles at a point: for balls 1 inside and 0 outside, for smooth fluids the kernel.
-EMBRUN_FN F16 block_weights(const BallBlock& block, bool smooth, Vec3 p) {
+/// A block's factors at a point, with the weights that its particles have there, and their number.
+struct BlockFactors {
+  F16 factor;
+  int count = 0;  ///< of the balls that hold the point
+};
+
+EMBRUN_FN BlockFactors factors_at(const BallBlock& block, bool smooth, Vec3 p) {
   const F16 dx = load16(block.x) - p.x, dy = load16(block.y) - p.y, dz = load16(block.z) - p.z;
   const F16 distance_squared = dx * dx + dy * dy + dz * dz;
-  const F16 radius_squared = load16(block.radius_squared);
-  if (smooth) return cubic_spline(distance_squared / radius_squared);
-  return select_less(distance_squared, radius_squared, splat(1.0f), splat(0.0f));
+  const F16 radius_squared = load16(block.radius_squared), factor = load16(block.factor);
+  if (smooth) return {cubic_spline(distance_squared / radius_squared) * factor, 0};
+  return {select_less(distance_squared, radius_squared, factor, splat(0.0f)),
+          count_less(distance_squared, radius_squared)};
 }
 
-/// What one fluid's particles are together at a point: sums over them, by the weights they have there.
+/// What one fluid's particles are together at a point.
 struct FluidSums {
-  F16 weight, factor;
+  F16 factor;
   Rgb tinted;  ///< of own colours: factor x tint
+  int count = 0;
 
-  EMBRUN_FN FluidSums() : weight(splat(0.0f)), factor(splat(0.0f)) {}
+  EMBRUN_FN FluidSums() : factor(splat(0.0f)) {}
 
-  EMBRUN_FN void add(const ParticleDensityView& view, std::uint32_t block, F16 weights) {
-    const BallBlock& balls = view.blocks[block];
-    const F16 factors = weights * load16(balls.factor);
-    weight += weights;
-    factor += factors;
-    if (!view.fluids[view.block_fluid[block]].own_colours) return;
+  EMBRUN_FN void add(const ParticleDensityView& view, const DensityFluid& fluid, std::uint32_t block,
+                     const BlockFactors& own) {
+    count += own.count;
+    factor += own.factor;
+    if (!fluid.own_colours) return;
     float lanes[16];
-    store16(lanes, factors);
-    for (int i = 0; i < 16; ++i)
-      if (lanes[i] > 0.0f)
-        tinted += view.colours[view.block_colours[16 * block + static_cast<std::uint32_t>(i)]].tint * lanes[i];
+    store16(lanes, own.factor);
+    for (std::uint32_t i = 0; i < 16; ++i)
+      if (lanes[i] > 0.0f) tinted += view.colours[view.block_colours[16 * block + i]].tint * lanes[i];
   }
   /// The fluid's extinction: the mean over its balls, or the smooth sum.
   EMBRUN_FN Rgb extinction(const DensityFluid& fluid) const {
-    const float count = fluid.smooth ? 1.0f : sum_lanes(weight);
-    if (!(count > 0.0f)) return {};
-    const float norm = 1.0f / count;
+    if (count == 0 && !fluid.smooth) return {};
+    const float norm = fluid.smooth ? 1.0f : 1.0f / static_cast<float>(count);
     return fluid.extinction * (fluid.own_colours ? tinted * norm : grey(sum_lanes(factor) * norm));
   }
 };
 
-/// The cell of a brick that holds a point; null outside the brick's balls.
+/// The blocks of one fluid in a cell, one fluid after the other.
+struct FluidRun {
+  std::uint32_t begin, end;
+  int fluid;
+
+  EMBRUN_FN FluidRun(const ParticleDensityView& view, const DensityCell& cell) : begin(cell.first_block) {
+    fluid = static_cast<int>(cell.fluid);
+    end = begin + cell.block_count;
+    if (cell.fluid == mixed_fluids) shorten(view);
+  }
+  EMBRUN_FN bool next(const ParticleDensityView& view, const DensityCell& cell) {
+    begin = end;
+    end = cell.first_block + cell.block_count;
+    if (begin == end) return false;
+    shorten(view);
+    return true;
+  }
+
+ private:
+  EMBRUN_FN void shorten(const ParticleDensityView& view) {
+    const std::uint32_t last = end;
+    fluid = view.block_fluid[begin];
+    for (end = begin + 1; end < last && view.block_fluid[end] == fluid;) ++end;
+  }
+};
+
+/// Extinction of the fluid of a run at a point.
+EMBRUN_FN Rgb extinction_of(const ParticleDensityView& view, const FluidRun& run, Vec3 p) {
+  const DensityFluid& fluid = view.fluids[run.fluid];
+  FluidSums sums;
+  for (std::uint32_t block = run.begin; block < run.end; ++block)
+    sums.add(view, fluid, block, factors_at(view.blocks[block], fluid.smooth, p));
+  return sums.extinction(fluid);
+}
+
+/// The cell of a brick that holds a point; null where no ball reaches.
 EMBRUN_FN const DensityCell* cell_at(const ParticleDensityView& view, const DensityBrick& brick, Vec3 p) {
   const Vec3 at = (p - brick.grid.low) * brick.grid.cells_per_metre;
   // Written so that what lies below 0, which truncation would take for cell 0, is out.
   if (!(at.x >= 0.0f && at.y >= 0.0f && at.z >= 0.0f)) return nullptr;
   const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
   if (x >= brick.grid.nx || y >= brick.grid.ny || z >= brick.grid.nz) return nullptr;
-  return &view.cells[brick.first_cell + static_cast<std::uint32_t>(brick.grid.index(x, y, z))];
+  const DensityCell* cell = &view.cells[brick.first_cell + static_cast<std::uint32_t>(brick.grid.index(x, y, z))];
+  return cell->block_count != 0 ? cell : nullptr;
 }
 
-/// Extinction at a point of a cell, per metre, of the fluids in `mask`.
+/// Extinction at a point of a cell that has any balls, per metre, of the fluids in `mask`.
 EMBRUN_LOCAL_FN Rgb extinction_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
                                        std::uint32_t mask) {
+  FluidRun run(view, cell);
+  if (run.end == cell.first_block + cell.block_count)
+    return (mask >> run.fluid & 1u) != 0 ? extinction_of(view, run, p) : Rgb{};
   OverlapSum total;
-  const std::uint32_t end = cell.first_block + cell.block_count;
-  for (std::uint32_t block = cell.first_block; block < end;) {
-    const int number = view.block_fluid[block];
-    const DensityFluid& fluid = view.fluids[number];
-    const bool counts = (mask >> number & 1u) != 0;
-    FluidSums sums;
-    for (; block < end && view.block_fluid[block] == number; ++block)
-      if (counts) sums.add(view, block, block_weights(view.blocks[block], fluid.smooth, p));
-    if (counts) total.add(view.overlap, sums.extinction(fluid));
-  }
+  do {
+    if ((mask >> run.fluid & 1u) != 0) total.add(view.overlap, extinction_of(view, run, p));
+  } while (run.next(view, cell));
   return total.extinction;
 }
 
@@ -178,7 +219,7 @@ EMBRUN_LOCAL_FN void mix_own_colours(const ParticleDensityView& view, const Dens
   for (std::uint32_t block = cell.first_block; block < cell.first_block + cell.block_count; ++block) {
     if (view.block_fluid[block] != local.fluid) continue;
     float lanes[16];
-    store16(lanes, block_weights(view.blocks[block], smooth, p) * load16(view.blocks[block].factor));
+    store16(lanes, factors_at(view.blocks[block], smooth, p).factor);
     for (int i = 0; i < 16; ++i) {
       if (!(lanes[i] > 0.0f)) continue;
       const BallColours& own = view.colours[view.block_colours[16 * block + static_cast<std::uint32_t>(i)]];
@@ -201,15 +242,10 @@ EMBRUN_LOCAL_FN LocalMedium collide_in_cell(const ParticleDensityView& view, con
                                             std::uint32_t mask, int channel, float u) {
   LocalMedium local;
   OverlapSum total;
-  const std::uint32_t end = cell.first_block + cell.block_count;
-  for (std::uint32_t block = cell.first_block; block < end;) {
-    const int number = view.block_fluid[block];
-    const DensityFluid& fluid = view.fluids[number];
-    FluidSums sums;
-    for (; block < end && view.block_fluid[block] == number; ++block)
-      sums.add(view, block, block_weights(view.blocks[block], fluid.smooth, p));
-    if ((mask >> number & 1u) == 0) continue;
-    const Rgb k = sums.extinction(fluid);
+  FluidRun run(view, cell);
+  do {
+    if ((mask >> run.fluid & 1u) == 0) continue;
+    const Rgb k = extinction_of(view, run, p);
     if (!total.add(view.overlap, k)) continue;
     if (view.overlap == MediaOverlap::sum) {
       // One number draws among any count: what it leaves undecided is spread over [0, 1) again.
@@ -220,9 +256,9 @@ EMBRUN_LOCAL_FN LocalMedium collide_in_cell(const ParticleDensityView& view, con
       }
       u = u / share;
     }
-    local.fluid = number;
+    local.fluid = run.fluid;
     local.extinction = k;
-  }
+  } while (run.next(view, cell));
   if (local.fluid < 0) return local;
   local.albedo = view.fluids[local.fluid].albedo;
   if (view.fluids[local.fluid].own_colours) mix_own_colours(view, cell, p, local);

@@ -165,14 +165,20 @@ Rgb cell_bound(const Source& source, const std::vector<std::uint32_t>& list, con
   return bound;
 }
 
+/// The side of cells that suits a particle: a block's worth of balls reach into a cell of 2.5 radii. A smooth fluid's
+/// bounds want cells that are small beside its kernel.
+float cell_size(const Source& source, const Ball& ball) {
+  return (source.fluids[ball.fluid].smooth ? 0.75f : 2.5f) * ball.reach;
+}
+
 /// Divides a brick among cells about as large as its balls, as far as its lists do not grow out of proportion.
 std::vector<std::vector<std::uint32_t>> divide(const Source& source, const std::vector<std::uint32_t>& members,
                                                const Box3& box, CellGrid& grid) {
-  std::vector<float> reaches;
-  for (const std::uint32_t i : members) reaches.push_back(source.balls[i].reach);
-  const auto middle = reaches.begin() + static_cast<std::ptrdiff_t>(reaches.size() / 2);
-  std::nth_element(reaches.begin(), middle, reaches.end());
-  float target = 2.5f * *middle;
+  std::vector<float> sizes;
+  for (const std::uint32_t i : members) sizes.push_back(cell_size(source, source.balls[i]));
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  float target = 1.004f * *middle;
   const float most = std::cbrt(16.0f * static_cast<float>(members.size())) + 2;
   for (;; target *= 2) {
     const auto count = [&](float size) {
@@ -221,7 +227,11 @@ BuiltBrick build_brick(const Source& source, const std::vector<std::uint32_t>& m
           append_block(source, list.data() + begin, end - begin, built);
           begin = end;
         }
-        cell.block_count = static_cast<std::uint32_t>(built.blocks.size()) - cell.first_block;
+        cell.block_count = (static_cast<std::uint32_t>(built.blocks.size()) - cell.first_block) & 0xffffffu;
+        if (cell.block_count > 0) {
+          const std::uint8_t first = built.block_fluid[cell.first_block], last = built.block_fluid.back();
+          cell.fluid = first == last ? first : mixed_fluids;
+        }
         built.cells.push_back(cell);
         const Rgb bound = cell_bound(source, list, cell_box(grid, x, y, z, source.slack));
         Rgb& majorant = built.brick.majorant;
@@ -278,16 +288,15 @@ void add_fluid(const DensityParticles& particles, int number, DensityFluid& flui
 /// Side of the bricks: several balls, so that long flights take few steps, but no more than about a mean free path, so that
 /// void beside the balls costs little.
 float choose_brick(const Source& source) {
-  double reach = 0, extinction = 0;
+  double cell = 0, extinction = 0;
   for (const Ball& ball : source.balls) {
     const DensityFluid& fluid = source.fluids[ball.fluid];
-    reach += static_cast<double>(ball.reach);
+    cell += static_cast<double>(cell_size(source, ball));
     extinction += static_cast<double>(max_component(fluid.extinction) * (fluid.smooth ? 1 : ball.factor));
   }
   const auto count = static_cast<double>(source.balls.size());
-  reach /= count;
-  extinction /= count;
-  return static_cast<float>(std::clamp(1 / std::max(extinction, 1e-30), 4 * reach, 12 * reach));
+  const double free_cells = count * count / std::max(extinction * cell, 1e-30);
+  return static_cast<float>(std::clamp(std::floor(free_cells), 2.0, 5.0) * cell / count);
 }
 
 }  // namespace

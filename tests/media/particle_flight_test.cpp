@@ -108,9 +108,9 @@ TEST_P(FreeFlight, IsDistributedAsTheOpticalDepthSays) {
 
 // A flight drawn in any channel and weighted by the balance heuristic brings each channel what is its own: to the far end
 // its transmittance, and to collisions the rest.
-TEST_P(FreeFlight, SpectralWeightsAreUnbiased) {
+class ColouredFlight : public FreeFlight {};
+TEST_P(ColouredFlight, SpectralWeightsAreUnbiased) {
   const Case& c = GetParam();
-  if (!c.colours) GTEST_SKIP() << "grey";
   const ParticleDensity density = build(12);
   std::uint64_t exceeded = 0;
   for (const Line& line : lines(random, 3, 1)) {
@@ -149,9 +149,9 @@ TEST_P(FreeFlight, SpectralWeightsAreUnbiased) {
 }
 
 // Which fluid of a mixture collides: the share of each by the integral of its own extinction.
-TEST_P(FreeFlight, FluidsCollideInProportion) {
+class MixedFlight : public FreeFlight {};
+TEST_P(MixedFlight, FluidsCollideInProportion) {
   const Case& c = GetParam();
-  if (c.fluids == 1 || c.colours) GTEST_SKIP() << "one fluid, or no density of one channel";
   const ParticleDensity density = build(12);
   const Line line{{-2, 0.05f, 0.03f}, normalize(Vec3{1, 0.02f, 0.01f}), infinity};
   const OracleRay oracle(particles.oracle, to_double(line.origin), normalize(to_double(line.direction)), 0, 10);
@@ -189,27 +189,26 @@ TEST_P(FreeFlight, FluidsCollideInProportion) {
 }
 
 constexpr FlightSampler tracking = FlightSampler::tracking, events = FlightSampler::events;
-INSTANTIATE_TEST_SUITE_P(Media, FreeFlight,
-                         ::testing::Values(Case{"one_tracking", 1, MediaOverlap::sum, tracking},
-                                           Case{"one_events", 1, MediaOverlap::sum, events},
-                                           Case{"two_min_tracking", 2, MediaOverlap::min, tracking},
-                                           Case{"two_min_events", 2, MediaOverlap::min, events},
-                                           Case{"two_max_tracking", 2, MediaOverlap::max, tracking},
-                                           Case{"two_max_events", 2, MediaOverlap::max, events},
-                                           Case{"two_sum_tracking", 2, MediaOverlap::sum, tracking},
-                                           Case{"two_sum_events", 2, MediaOverlap::sum, events},
-                                           Case{"three_min_tracking", 3, MediaOverlap::min, tracking},
-                                           Case{"three_min_events", 3, MediaOverlap::min, events},
-                                           Case{"three_max_tracking", 3, MediaOverlap::max, tracking},
-                                           Case{"three_max_events", 3, MediaOverlap::max, events},
-                                           Case{"three_sum_tracking", 3, MediaOverlap::sum, tracking},
-                                           Case{"three_sum_events", 3, MediaOverlap::sum, events},
-                                           Case{"colours_tracking", 2, MediaOverlap::sum, tracking, true},
-                                           Case{"colours_events", 2, MediaOverlap::sum, events, true},
-                                           Case{"colours_max_tracking", 2, MediaOverlap::max, tracking, true},
-                                           Case{"many_sizes_tracking", 1, MediaOverlap::sum, tracking, false, 0.01f},
-                                           Case{"many_sizes_events", 1, MediaOverlap::sum, events, false, 0.01f}),
-                         [](const auto& test) { return std::string(test.param.name); });
+const Case mixtures[] = {
+    {"two_min_tracking", 2, MediaOverlap::min, tracking},   {"two_min_events", 2, MediaOverlap::min, events},
+    {"two_max_tracking", 2, MediaOverlap::max, tracking},   {"two_max_events", 2, MediaOverlap::max, events},
+    {"two_sum_tracking", 2, MediaOverlap::sum, tracking},   {"two_sum_events", 2, MediaOverlap::sum, events},
+    {"three_min_tracking", 3, MediaOverlap::min, tracking}, {"three_min_events", 3, MediaOverlap::min, events},
+    {"three_max_tracking", 3, MediaOverlap::max, tracking}, {"three_max_events", 3, MediaOverlap::max, events},
+    {"three_sum_tracking", 3, MediaOverlap::sum, tracking}, {"three_sum_events", 3, MediaOverlap::sum, events}};
+const Case coloured[] = {{"colours_tracking", 2, MediaOverlap::sum, tracking, true},
+                         {"colours_events", 2, MediaOverlap::sum, events, true},
+                         {"colours_max_tracking", 2, MediaOverlap::max, tracking, true}};
+const Case single[] = {{"one_tracking", 1, MediaOverlap::sum, tracking},
+                       {"one_events", 1, MediaOverlap::sum, events},
+                       {"many_sizes_tracking", 1, MediaOverlap::sum, tracking, false, 0.01f},
+                       {"many_sizes_events", 1, MediaOverlap::sum, events, false, 0.01f}};
+const auto name_of = [](const auto& test) { return std::string(test.param.name); };
+INSTANTIATE_TEST_SUITE_P(Single, FreeFlight, ::testing::ValuesIn(single), name_of);
+INSTANTIATE_TEST_SUITE_P(Mixtures, FreeFlight, ::testing::ValuesIn(mixtures), name_of);
+INSTANTIATE_TEST_SUITE_P(Coloured, FreeFlight, ::testing::ValuesIn(coloured), name_of);
+INSTANTIATE_TEST_SUITE_P(Mixtures, MixedFlight, ::testing::ValuesIn(mixtures), name_of);
+INSTANTIATE_TEST_SUITE_P(Coloured, ColouredFlight, ::testing::ValuesIn(coloured), name_of);
 
 // ---- transmittance -------------------------------------------------------------------------------------------------
 
