@@ -151,6 +151,8 @@ struct RenderReport {
   std::uint64_t scatterings = 0;
   std::uint64_t bent_directions = 0;        ///< sent across the surface by a shading normal, and put right
   std::uint64_t medium_contradictions = 0;  ///< crossings that disagreed with the medium, and were put right
+  std::uint64_t medium_collisions = 0;      ///< scatterings in media, between surfaces
+  std::uint64_t majorants_exceeded = 0;     ///< extinctions above their bound: a defect of ours, please report it
   std::uint64_t bad_samples = 0;            ///< NaN, infinite, negative or stuck: left out
   /// What renders one of them alone, for the first few: RenderOptions::command with flags that overrule its own.
   std::vector<std::string> replay_commands;

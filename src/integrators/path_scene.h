@@ -7,6 +7,7 @@
 #include "lights/light_set.h"
 #include "materials/material.h"
 #include "media/media_state.h"
+#include "media/particle_flight.h"
 
 namespace embrun {
 
@@ -26,12 +27,20 @@ struct PathSettings {
   /// Interfaces that a path may go through by refraction, or -1 for any number. After the last one every interface
   /// is crossed straight on, without reflection.
   int max_refractions = -1;
+  /// How flights through particles are drawn, and how the transmittance of shadow rays is found.
+  FlightSampler flights = FlightSampler::tracking, transmittance = FlightSampler::tracking;
+  /// Shadow rays go straight through interfaces: see IntegratorDescription::straight_shadows.
+  bool straight_shadows = false;
+  /// Most radiance that light found after the first event may bring; infinite: no limit.
+  float clamp = infinity;
 };
 
 /// What the stages of a path need besides an intersector: a view of arrays that others own.
 struct PathScene {
   const Material* materials = nullptr;
   Medium media[max_media_classes];
+  ParticleDensityView density;  ///< the particles of all media
+  std::uint32_t volumes = 0;    ///< mask of its fluids that count everywhere: foam, fog
   LightSet lights;
   Camera camera;
   MediaState camera_media;  ///< what the camera is in

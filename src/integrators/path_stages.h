@@ -1,16 +1,17 @@
 #pragma once
 
+#include "integrators/medium_flight.h"
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
 #include "integrators/scene_hit.h"
 #include "lights/mis.h"
-#include "media/homogeneous.h"
 
 // The stages of a unidirectional path tracer with next-event estimation [Kajiya1986, Veach1995]. A path is
 //
 //   generate_path
 //   repeat while alive:
 //     (the intersector finds the next crossing)
+//     fly_to_boundary   a collision with a medium on the way: scatter_in_medium, the same as scatter_path; else
 //     advance_path      absorption, light met on the way, boundaries that do nothing; else on to
 //     scatter_path      a light sample as a shadow ray, a new direction, Russian roulette
 //     trace_shadow_ray
@@ -31,6 +32,8 @@ struct ShadowRay {
   Ray ray;
   MediaState media;
   Rgb contribution;
+  float weight = 1;       ///< of multiple importance sampling, in `contribution`
+  RandomStream random;    ///< for the transmittance of media
   bool straight = false;  ///< every interface is crossed straight on (see PathSettings::max_refractions)
 };
 
@@ -67,12 +70,20 @@ EMBRUN_FN float radiance_factor(const PathScene& scene, int from, int into) {
   return square(scene.media[from].ior / scene.media[into].ior);
 }
 
-/// Share of light that was met by following a direction drawn with density `scatter_pdf`, where light sampling
-/// would have drawn it with `light_pdf`.
-EMBRUN_FN float met_light_weight(LightStrategy strategy, float scatter_pdf, float light_pdf) {
-  if (scatter_pdf == 0.0f || strategy == LightStrategy::bsdf_only) return 1.0f;
-  if (strategy == LightStrategy::lights_only) return light_pdf > 0.0f ? 0.0f : 1.0f;
-  return power_heuristic(scatter_pdf, light_pdf);
+/// Adds light that the path found.
+EMBRUN_FN void add_light(const PathScene& scene, PathState& path, Rgb light) {
+  const float most = path.depth > 0 ? scene.settings.clamp : infinity;
+  path.radiance += Rgb{min_of(light.r, most), min_of(light.g, most), min_of(light.b, most)};
+}
+
+/// Share of light that the path met by following its direction, where light sampling would have drawn it with
+/// `light_pdf`.
+EMBRUN_FN float met_light_weight(const PathSettings& settings, const PathState& path, float light_pdf) {
+  // Straight shadow rays brought it already.
+  if (settings.straight_shadows && path.since == SinceLightSample::refracted && light_pdf > 0.0f) return 0.0f;
+  if (path.scatter_pdf == 0.0f || settings.lights == LightStrategy::bsdf_only) return 1.0f;
+  if (settings.lights == LightStrategy::lights_only) return light_pdf > 0.0f ? 0.0f : 1.0f;
+  return power_heuristic(path.scatter_pdf, light_pdf);
 }
 
 /// The path left the scene: adds the light from infinity and ends it.
@@ -83,15 +94,13 @@ EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounter
   if (path.media.counts != 0) ++counters.contradictions;
   if (medium != 0) path.throughput *= radiance_factor(scene, medium, 0);
   const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
-  path.radiance +=
-      path.throughput * light.radiance * met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+  add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
   if (path.has_normal && !path.has_albedo) path.albedo = grey(1.0f);
 }
 
 /// Light of an emitter that the path met.
 EMBRUN_FN void add_met_light(const PathScene& scene, PathState& path, const LightHit& light) {
-  path.radiance +=
-      path.throughput * light.radiance * met_light_weight(scene.settings.lights, path.scatter_pdf, light.pdf);
+  add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
 }
 
 /// A boundary as the media counters see it; class 0 (an opaque surface, a hole) is none.
@@ -221,39 +230,64 @@ EMBRUN_LOCAL_FN BsdfSample sample_direction(const PathScene& scene, PathState& p
   return next;
 }
 
-/// Draws light for a point that scatters into more than single directions, and fills in the ray that finds out whether it
-/// arrives. `behind` are the media across the surface. False: no light arrives.
-EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
-                                  const SurfaceNormals& normals, const MediaState& behind, ShadowRay& shadow) {
+/// Notes what the event that the path goes on from means for light that it meets next.
+EMBRUN_FN void note_event(const PathSettings& settings, PathState& path, bool specular, bool transmitted) {
+  if (!specular) {
+    path.since = settings.lights == LightStrategy::bsdf_only ? SinceLightSample::none : SinceLightSample::nothing;
+  } else if (path.since != SinceLightSample::none && path.since != SinceLightSample::reflected) {
+    path.since = transmitted ? SinceLightSample::refracted : SinceLightSample::reflected;
+  }
+}
+
+/// Draws light for a point; not valid where there is none.
+EMBRUN_LOCAL_FN LightSample draw_light(const PathScene& scene, const PathState& path, Vec3 point) {
   const PathSettings& settings = scene.settings;
-  if (settings.lights == LightStrategy::bsdf_only || scene.lights.count == 0) return false;
-  const Vec3 wo = -path.ray.direction;
-  const Vec3 origin = leave_surface(hit, wo);
-  const LightSample light =
-      sample_lights(scene.lights, origin, sample_1d(settings.sampler, path.key, Dimension::light_choice),
-                    sample_2d(settings.sampler, path.key, Dimension::light_position));
-  if (!light.valid || !(light.pdf > 0.0f)) return false;
-  // Rough glass is lit from across as well.
-  const bool across = dot(wo, normals.geometric) * dot(light.direction, normals.geometric) < 0.0f;
-  shadow.media = across ? behind : path.media;
+  if (settings.lights == LightStrategy::bsdf_only || scene.lights.count == 0) return {};
+  LightSample light = sample_lights(scene.lights, point, sample_1d(settings.sampler, path.key, Dimension::light_choice),
+                                    sample_2d(settings.sampler, path.key, Dimension::light_position));
+  light.valid = light.valid && light.pdf > 0.0f;
+  return light;
+}
+
+/// Sends the shadow ray of a light sample from `origin`, in `media`. `value` per steradian is what the path's event makes of
+/// the light, `other_pdf` the density with which it would have drawn that direction itself. False: nothing can arrive.
+EMBRUN_LOCAL_FN bool start_shadow_ray(const PathScene& scene, const PathState& path, const LightSample& light,
+                                      Vec3 origin, const MediaState& media, Rgb value, float other_pdf,
+                                      ShadowRay& shadow) {
+  const PathSettings& settings = scene.settings;
   shadow.straight = goes_straight(settings, path);
   // No light from infinity gets into a refracting medium but by refraction, which shadow rays don't do.
-  const bool enclosed = scene.media[shadow.media.current()].ior != scene.media[0].ior;
-  if (enclosed && !shadow.straight && !(light.distance < infinity)) return false;
-
-  const BsdfValue scatter = evaluate_bsdf(bsdf, normals, wo, light.direction);
-  if (!(scatter.pdf > 0.0f)) return false;
-  const float other_pdf = direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction);
-  const float weight = settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, other_pdf) : 1.0f;
-  shadow.contribution = path.throughput * scatter.value * light.radiance * (weight / light.pdf);
+  const bool enclosed = scene.media[media.current()].ior != scene.media[0].ior;
+  if (enclosed && !shadow.straight && !settings.straight_shadows && !(light.distance < infinity)) return false;
+  shadow.weight = settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, other_pdf) : 1.0f;
+  shadow.contribution = path.throughput * value * light.radiance * (shadow.weight / light.pdf);
+  shadow.media = media;
+  shadow.random = RandomStream(path.key, Dimension::shadow_tracking);
   shadow.ray = path.ray;
-  shadow.ray.origin = across ? leave_surface(hit, light.direction) : origin;
+  shadow.ray.origin = origin;
   shadow.ray.direction = light.direction;
   shadow.ray.clearance = {};
   shadow.ray.t_min = 0.0f;
   // Stops short of the lamp, which is not in its own way.
   shadow.ray.t_max = light.distance * (1.0f - 1e-4f);
   return !is_black(shadow.contribution);
+}
+
+/// Draws light for a point that scatters into more than single directions, and fills in the ray that finds out whether it
+/// arrives. `behind` are the media across the surface. False: no light arrives.
+EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
+                                  const SurfaceNormals& normals, const MediaState& behind, ShadowRay& shadow) {
+  const Vec3 wo = -path.ray.direction;
+  const Vec3 origin = leave_surface(hit, wo);
+  const LightSample light = draw_light(scene, path, origin);
+  if (!light.valid) return false;
+  const BsdfValue scatter = evaluate_bsdf(bsdf, normals, wo, light.direction);
+  if (!(scatter.pdf > 0.0f)) return false;
+  // Rough glass is lit from across as well.
+  const bool across = dot(wo, normals.geometric) * dot(light.direction, normals.geometric) < 0.0f;
+  return start_shadow_ray(scene, path, light, across ? leave_surface(hit, light.direction) : origin,
+                          across ? behind : path.media, scatter.value,
+                          direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction), shadow);
 }
 
 /// Russian roulette: a path goes on with the probability that its light counts in the picture, freed of the
@@ -305,6 +339,8 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
 
   path.throughput *= next.weight;
   path.scatter_pdf = next.specular ? 0.0f : next.pdf;
+  path.left_medium = false;
+  note_event(scene.settings, path, next.specular, next.transmitted);
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
@@ -323,41 +359,56 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
 
 // ---- shadow ------------------------------------------------------------------------------------------------------
 
-/// What gets through of a shadow ray's light: 0 behind anything opaque or refracting; index-matched boundaries let it
-/// pass, media on the way absorb.
+/// What a boundary lets through of a shadow ray's light, which goes straight on into the media `behind` it. Interfaces block
+/// it but where PathSettings::straight_shadows has them let through what Fresnel's formulas say; as then no other way of
+/// finding this light counts, the weight that allowed for one is taken back at the first of them (`crossed`).
+EMBRUN_LOCAL_FN Rgb cross_in_shadow(const PathScene& scene, const ShadowRay& shadow, const SceneHit& hit,
+                                    const MediaState& behind, bool& crossed) {
+  const Material& material = scene.materials[hit.material];
+  const bool hole = material.kind == BsdfKind::null ||
+                    (material.one_sided && dot(shadow.ray.direction, hit.surface.geometric_normal) > 0.0f);
+  if (hit.media_class == 0) return grey(hole ? 1.0f : 0.0f);
+  const int here = shadow.media.current(), beyond = behind.current();
+  const float relative_index = scene.media[beyond].ior / scene.media[here].ior;
+  if (relative_index == 1.0f && (hole || is_interface(material.kind))) return grey(1.0f);
+  const Rgb factor = grey(radiance_factor(scene, here, beyond));
+  if (hole || (shadow.straight && is_interface(material.kind))) return factor;
+  if (!scene.settings.straight_shadows || !is_interface(material.kind)) return {};
+  const float cosine = fabsf(dot(shadow.ray.direction, hit.surface.shading_normal));
+  const float through = 1.0f - fresnel_dielectric(min_of(cosine, 1.0f), relative_index).reflectance;
+  const float weight = crossed ? 1.0f : 1.0f / shadow.weight;
+  crossed = true;
+  return factor * (through * weight);
+}
+
+/// What gets through of a shadow ray's light: 0 behind anything opaque or refracting (unless interfaces are crossed straight
+/// on); index-matched boundaries let it pass, media on the way absorb and scatter.
 template <class Intersector>
 EMBRUN_LOCAL_FN Rgb trace_shadow_ray(const PathScene& scene, const Intersector& intersector, ShadowRay& shadow,
                                      PathCounters& counters) {
   Ray& ray = shadow.ray;
   const Ray whole = ray;
   Rgb light = shadow.contribution;
+  bool crossed = false;
   if (intersect_lights(scene.lights, whole).light >= 0) return {};
   for (int passes = 0; passes <= max_passes; ++passes) {
     ++counters.shadow.rays;
     SceneHit hit;
     const bool found = intersector.intersect(ray, shadow.media, hit);
-    const int here = shadow.media.current();
     const float t = found ? hit.surface.t : ray.t_max;
-    if (t < infinity) light *= absorption_transmittance(scene.media[here].absorption, t - ray.t_min);
-    if (!found) {
+    MediaState behind = shadow.media;
+    Rgb boundary = grey(1.0f);
+    if (found) {
+      if (hit.media_class != 0) behind = media_behind(intersector, ray, hit, shadow.media, counters);
+      boundary = cross_in_shadow(scene, shadow, hit, behind, crossed);
+      if (is_black(boundary)) return {};
+    } else if (shadow.media.current() != 0 && !(t < infinity)) {
       // From within a body to infinity: the same contradiction, taken the same way, as in escape().
-      if (here != 0 && !(t < infinity)) light *= radiance_factor(scene, here, 0);
-      return light;
+      boundary = grey(radiance_factor(scene, shadow.media.current(), 0));
     }
-
-    const Material& material = scene.materials[hit.material];
-    const bool hole = material.kind == BsdfKind::null ||
-                      (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f);
-    if (hit.media_class == 0) {
-      if (!hole) return {};
-    } else {
-      const MediaState behind = media_behind(intersector, ray, hit, shadow.media, counters);
-      const int beyond = behind.current();
-      const bool matched = scene.media[shadow.media.current()].ior == scene.media[beyond].ior;
-      if (!hole && (!is_interface(material.kind) || !(matched || shadow.straight))) return {};
-      if (!matched) light *= radiance_factor(scene, shadow.media.current(), beyond);
-      shadow.media = behind;
-    }
+    light *= boundary * stretch_transmittance(scene, shadow.media, ray, t, shadow.random, counters);
+    if (!found || is_black(light)) return light;
+    shadow.media = behind;
     ray.t_min = t;
   }
   ++counters.stuck;

@@ -8,6 +8,14 @@
 
 namespace embrun {
 
+/// What a path did since light was last sampled for it.
+enum class SinceLightSample : std::uint8_t {
+  none,       ///< light never was
+  nothing,    ///< light could have been met directly
+  refracted,  ///< only refraction: straight shadow rays brought that light
+  reflected,  ///< a specular reflection, perhaps refraction as well: no light sample brought that
+};
+
 /// One path from the camera, between two stages. Plain data.
 ///
 /// `throughput` follows the radiance convention: crossing from index a into b multiplies it by (a/b)^2, so
@@ -29,7 +37,9 @@ struct PathState {
   std::uint16_t refractions = 0;  ///< those that went through an interface
   std::uint16_t passed = 0;       ///< boundaries crossed straight on since the last event
   bool alive = false;
-  bool failed = false;  ///< gave up: not a sample
+  bool failed = false;       ///< gave up: not a sample
+  bool left_medium = false;  ///< the last event was in a medium, not at a surface
+  SinceLightSample since = SinceLightSample::none;
 
   // Features of the picture. Distance and normal are those of the first event; the albedo is that of the first
   // event that is not specular, and white for what is seen through specular events alone.
@@ -52,7 +62,9 @@ struct PathCounters {
   std::uint64_t scatterings = 0;
   std::uint64_t bends = 0;           ///< directions that a shading normal sent across the true surface
   std::uint64_t contradictions = 0;  ///< crossings that disagreed with the media counters
-  std::uint64_t stuck = 0;           ///< paths ended after max_passes crossings without an event
+  std::uint64_t collisions = 0;      ///< scatterings in media, which `scatterings` counts too
+  std::uint64_t majorants = 0;  ///< extinctions found above their majorant: a defect, the picture is too bright or dark
+  std::uint64_t stuck = 0;      ///< paths ended after max_passes crossings without an event
 };
 
 EMBRUN_FN void add(RayCounter& sum, const RayCounter& c) {
@@ -70,6 +82,8 @@ EMBRUN_FN void add(PathCounters& sum, const PathCounters& c) {
   sum.scatterings += c.scatterings;
   sum.bends += c.bends;
   sum.contradictions += c.contradictions;
+  sum.collisions += c.collisions;
+  sum.majorants += c.majorants;
   sum.stuck += c.stuck;
 }
 

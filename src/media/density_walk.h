@@ -8,12 +8,12 @@
 namespace embrun {
 
 /// The parts of a line in the balls of a block: [enter, exit), empty where a ball is missed.
-struct BlockChords {
+struct DensityChords {
   F16 enter, exit;
 };
 
 /// Chords along the line through `from`, as distances from it.
-EMBRUN_FN BlockChords chords_of(const BallBlock& block, Vec3 from, Vec3 direction) {
+EMBRUN_FN DensityChords chords_of(const DensityBlock& block, Vec3 from, Vec3 direction) {
   const F16 dx = load16(block.x) - from.x, dy = load16(block.y) - from.y, dz = load16(block.z) - from.z;
   const F16 middle = dx * direction.x + dy * direction.y + dz * direction.z;
   // The offset from the line as a vector: no difference of large squares.
@@ -44,7 +44,7 @@ struct CellEvents {
       const DensityFluid& fluid = view.fluids[run.fluid];
       FluidSums sums;
       for (std::uint32_t block = run.begin; block < run.end; ++block) {
-        const BlockChords chords = chords_at(block);
+        const DensityChords chords = chords_at(block);
         const F16 here = splat(s), never = splat(infinity), zero = splat(0.0f);
         // Inside from the entry on (enter <= s), up to but not at the exit (s < exit).
         const F16 exit = select_less(here, chords.enter, zero, chords.exit);
@@ -63,9 +63,9 @@ struct CellEvents {
   const ParticleDensityView& view;
   const DensityCell& cell;
   Vec3 from, direction;
-  BlockChords kept_[kept_chords];
+  DensityChords kept_[kept_chords];
 
-  EMBRUN_FN BlockChords chords_at(std::uint32_t block) const {
+  EMBRUN_FN DensityChords chords_at(std::uint32_t block) const {
     const std::uint32_t i = block - cell.first_block;
     return i < kept_chords ? kept_[i] : chords_of(view.blocks[block], from, direction);
   }

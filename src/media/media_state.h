@@ -13,6 +13,7 @@ struct Medium {
   Rgb absorption;
   Rgb scattering;
   PhaseFunction phase;
+  std::uint32_t fluids = 0;  ///< mask of the fluids whose particles are a medium besides, where the path is inside them
 };
 
 /// Media are told apart by class, and the class is the priority: where bodies overlap, the highest class wins.

@@ -26,7 +26,7 @@ struct DensityFluid {
 };
 
 /// Sixteen balls of one fluid. Places that are not used have squared radius -1 (in a smooth fluid 1) and factor 0.
-struct alignas(64) BallBlock {
+struct alignas(64) DensityBlock {
   float x[16], y[16], z[16];
   float radius_squared[16];
   float factor[16];  ///< on DensityFluid::extinction; smooth: times the kernel's norm and the particle's volume
@@ -62,7 +62,7 @@ struct ParticleDensityView {
   const std::uint32_t* brick_index = nullptr;  ///< by cell of `grid`, or no_brick
   const DensityBrick* bricks = nullptr;
   const DensityCell* cells = nullptr;
-  const BallBlock* blocks = nullptr;
+  const DensityBlock* blocks = nullptr;
   const std::uint8_t* block_fluid = nullptr;
   const std::uint32_t* block_colours = nullptr;  ///< 16 for each block: indices into `colours`; null: no own colours
   const BallColours* colours = nullptr;
@@ -109,7 +109,7 @@ struct BlockFactors {
   int count = 0;  ///< of the balls that hold the point
 };
 
-EMBRUN_FN BlockFactors factors_at(const BallBlock& block, bool smooth, Vec3 p) {
+EMBRUN_FN BlockFactors factors_at(const DensityBlock& block, bool smooth, Vec3 p) {
   const F16 dx = load16(block.x) - p.x, dy = load16(block.y) - p.y, dz = load16(block.z) - p.z;
   const F16 distance_squared = dx * dx + dy * dy + dz * dz;
   const F16 radius_squared = load16(block.radius_squared), factor = load16(block.factor);

@@ -7,16 +7,28 @@
 #include "base/parallel.h"
 
 namespace embrun {
-namespace {
 
 /// A particle on its way into the lists.
-struct Ball {
+struct DensityBall {
   Vec3 center;
   float reach = 0;   ///< radius of the ball, or the kernel's support
-  float factor = 0;  ///< as in BallBlock
+  float factor = 0;  ///< as in DensityBlock
   std::uint32_t colours = 0;
   std::uint8_t fluid = 0;
 };
+
+/// What the bricks are built from.
+struct DensitySource {
+  std::vector<DensityBall> balls;
+  const std::vector<DensityFluid>& fluids;
+  MediaOverlap overlap;
+  float slack = 0;  ///< metres
+};
+
+namespace {
+
+using Ball = DensityBall;
+using Source = DensitySource;
 
 /// Rounding of coordinates must not put a point that a ray computes into a cell that does not list its balls.
 constexpr float coordinate_slack = 2e-6f;
@@ -114,23 +126,15 @@ float smooth_bound(const std::vector<Ball>& balls, const std::vector<std::uint32
 struct BuiltBrick {
   DensityBrick brick;
   std::vector<DensityCell> cells;
-  std::vector<BallBlock> blocks;
+  std::vector<DensityBlock> blocks;
   std::vector<std::uint8_t> block_fluid;
   std::vector<std::uint32_t> block_colours;
-};
-
-/// What the bricks are built from.
-struct Source {
-  std::vector<Ball> balls;
-  const std::vector<DensityFluid>& fluids;
-  MediaOverlap overlap;
-  float slack = 0;  ///< metres
 };
 
 void append_block(const Source& source, const std::uint32_t* members, std::size_t count, BuiltBrick& built) {
   const int number = source.balls[members[0]].fluid;
   const bool smooth = source.fluids[static_cast<std::size_t>(number)].smooth;
-  BallBlock block;
+  DensityBlock block;
   for (std::size_t lane = 0; lane < 16; ++lane) {
     const Ball ball = lane < count ? source.balls[members[lane]] : Ball{};
     block.x[lane] = ball.center.x;
@@ -299,6 +303,46 @@ float choose_brick(const Source& source) {
   return static_cast<float>(std::clamp(std::floor(free_cells), 2.0, 5.0) * cell / count);
 }
 
+/// Lists of the balls in each brick.
+using BrickLists = std::vector<std::vector<std::uint32_t>>;
+
+/// Divides the space of all balls into bricks of at least `side`: they grow until there are not too many, nor too many balls
+/// in several of them.
+BrickLists list_bricks(const Source& source, const Box3& bounds, float side, CellGrid& grid) {
+  const Vec3 size = bounds.high - bounds.low;
+  for (;; side *= 2) {
+    const auto count = [&](float extent) {
+      return std::max(std::ceil(static_cast<double>(extent) / static_cast<double>(side)), 1.0);
+    };
+    const double bricks = count(size.x) * count(size.y) * count(size.z);
+    if (bricks > static_cast<double>(most_bricks)) continue;
+    grid = grid_over(bounds, static_cast<int>(count(size.x)), static_cast<int>(count(size.y)),
+                     static_cast<int>(count(size.z)));
+    BrickLists lists(static_cast<std::size_t>(bricks));
+    std::size_t entries = 0;
+    const std::size_t limit = 16 * source.balls.size() + 65536;
+    for (std::size_t i = 0; i < source.balls.size() && entries <= limit; ++i)
+      for_cells_of(grid, source.balls[i], source.slack, [&](std::size_t cell) {
+        lists[cell].push_back(static_cast<std::uint32_t>(i));
+        ++entries;
+      });
+    if (entries <= limit || bricks == 1) return lists;
+  }
+}
+
+/// The box of all balls, with room for the rounding of points near its faces, which is noted in `source`.
+Box3 bounds_of(Source& source) {
+  Box3 bounds;
+  for (const Ball& ball : source.balls) {
+    bounds.include(ball.center - Vec3{ball.reach, ball.reach, ball.reach});
+    bounds.include(ball.center + Vec3{ball.reach, ball.reach, ball.reach});
+  }
+  const Vec3 size = bounds.high - bounds.low, farthest = max_of(-bounds.low, bounds.high);
+  source.slack = coordinate_slack * std::max({farthest.x, farthest.y, farthest.z, size.x, size.y, size.z});
+  const Vec3 margin{source.slack, source.slack, source.slack};
+  return {bounds.low - margin, bounds.high + margin};
+}
+
 }  // namespace
 
 ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, MediaOverlap overlap, float brick) {
@@ -312,53 +356,22 @@ ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, Media
     const bool present = !is_black(fluids_[i].extinction) &&
                          std::any_of(own.begin(), own.end(), [](const Ball& ball) { return ball.factor > 0; });
     if (!present) continue;
+    const DensityFluid& fluid = fluids_[i];
     view_.present |= 1u << i;
+    view_.grey = view_.grey && !fluid.own_colours && fluid.extinction == grey(fluid.extinction.r);
+    view_.piecewise = view_.piecewise && !fluid.smooth;
     source.balls.insert(source.balls.end(), own.begin(), own.end());
   }
   view_.overlap = overlap;
   view_.fluid_count = static_cast<int>(fluids_.size());
+  view_.fluids = fluids_.data();
   balls_ = source.balls.size();
-  for (const DensityFluid& fluid : fluids_) {
-    const bool own = fluid.own_colours;
-    view_.grey =
-        view_.grey && !own && fluid.extinction.r == fluid.extinction.g && fluid.extinction.g == fluid.extinction.b;
-    view_.piecewise = view_.piecewise && !fluid.smooth;
-  }
-  if (source.balls.empty()) return;
+  if (balls_ > 0) fill(source, brick);
+}
 
-  Box3 bounds;
-  for (const Ball& ball : source.balls) {
-    bounds.include(ball.center - Vec3{ball.reach, ball.reach, ball.reach});
-    bounds.include(ball.center + Vec3{ball.reach, ball.reach, ball.reach});
-  }
-  const Vec3 size = bounds.high - bounds.low;
-  const Vec3 farthest = max_of(-bounds.low, bounds.high);
-  source.slack = coordinate_slack * std::max({farthest.x, farthest.y, farthest.z, size.x, size.y, size.z});
-  bounds.low = bounds.low - Vec3{source.slack, source.slack, source.slack};
-  bounds.high = bounds.high + Vec3{source.slack, source.slack, source.slack};
-
-  // Lists of the balls in each brick; bricks grow until there are not too many, nor too many balls in several of them.
-  std::vector<std::vector<std::uint32_t>> lists;
-  float side = brick > 0 ? brick : choose_brick(source);
-  for (;; side *= 2) {
-    const auto count = [&](float extent) {
-      return std::max(std::ceil(static_cast<double>(extent) / static_cast<double>(side)), 1.0);
-    };
-    const double bricks = count(size.x) * count(size.y) * count(size.z);
-    if (bricks > static_cast<double>(most_bricks)) continue;
-    view_.grid = grid_over(bounds, static_cast<int>(count(size.x)), static_cast<int>(count(size.y)),
-                           static_cast<int>(count(size.z)));
-    lists.assign(static_cast<std::size_t>(bricks), {});
-    std::size_t entries = 0;
-    const std::size_t limit = 16 * balls_ + 65536;
-    for (std::size_t i = 0; i < balls_ && entries <= limit; ++i)
-      for_cells_of(view_.grid, source.balls[i], source.slack, [&](std::size_t cell) {
-        lists[cell].push_back(static_cast<std::uint32_t>(i));
-        ++entries;
-      });
-    if (entries <= limit || bricks == 1) break;
-  }
-
+void ParticleDensity::fill(DensitySource& source, float brick) {
+  const Box3 bounds = bounds_of(source);
+  const BrickLists lists = list_bricks(source, bounds, brick > 0 ? brick : choose_brick(source), view_.grid);
   std::vector<std::uint32_t> filled;
   brick_index_.assign(lists.size(), no_brick);
   for (std::size_t i = 0; i < lists.size(); ++i) {
@@ -366,13 +379,14 @@ ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, Media
     brick_index_[i] = static_cast<std::uint32_t>(filled.size());
     filled.push_back(static_cast<std::uint32_t>(i));
   }
+
+  // Each brick on its own, then all put together in their order.
   std::vector<BuiltBrick> built(filled.size());
   parallel_for(filled.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const int index = static_cast<int>(filled[i]);
-      const int x = index % view_.grid.nx, y = index / view_.grid.nx % view_.grid.ny,
-                z = index / view_.grid.nx / view_.grid.ny;
-      built[i] = build_brick(source, lists[filled[i]], cell_box(view_.grid, x, y, z, source.slack));
+      const int index = static_cast<int>(filled[i]), nx = view_.grid.nx, ny = view_.grid.ny;
+      const Box3 box = cell_box(view_.grid, index % nx, index / nx % ny, index / nx / ny, source.slack);
+      built[i] = build_brick(source, lists[filled[i]], box);
     }
   });
   for (BuiltBrick& part : built) {
@@ -397,7 +411,6 @@ ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, Media
   view_.block_fluid = block_fluid_.data();
   view_.block_colours = block_colours_.empty() ? nullptr : block_colours_.data();
   view_.colours = colours_.data();
-  view_.fluids = fluids_.data();
 }
 
 ParticleDensityStats ParticleDensity::stats() const {

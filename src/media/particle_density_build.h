@@ -33,6 +33,8 @@ struct ParticleDensityStats {
   float brick = 0;  ///< side, metres
 };
 
+struct DensitySource;
+
 /// The particles of all fluids as one medium, ready for rays; immutable once built.
 class ParticleDensity {
  public:
@@ -49,13 +51,15 @@ class ParticleDensity {
   std::vector<std::uint32_t> brick_index_;
   std::vector<DensityBrick> bricks_;
   std::vector<DensityCell> cells_;
-  std::vector<BallBlock> blocks_;
+  std::vector<DensityBlock> blocks_;
   std::vector<std::uint8_t> block_fluid_;
   std::vector<std::uint32_t> block_colours_;
   std::vector<BallColours> colours_;
   std::vector<DensityFluid> fluids_;
   ParticleDensityView view_;
   std::size_t balls_ = 0;
+
+  void fill(DensitySource& source, float brick);
 };
 
 }  // namespace embrun

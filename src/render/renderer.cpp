@@ -331,6 +331,8 @@ RenderReport Renderer::report() const {
   r.scatterings = p.scatterings;
   r.bent_directions = p.bends;
   r.medium_contradictions = p.contradictions;
+  r.medium_collisions = p.collisions;
+  r.majorants_exceeded = p.majorants;
   for (const PixelSample& sample : s.counts.bad_samples) {
     if (r.replay_commands.size() == 8) break;
     r.replay_commands.push_back(s.replay_command(sample));

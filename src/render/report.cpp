@@ -42,6 +42,9 @@ std::string to_text(const RenderReport& r) {
   if (r.bent_directions > 0)
     text += fmt::format("  normals    {} of {} directions bent to their side of the surface\n", r.bent_directions,
                         r.scatterings);
+  if (r.majorants_exceeded > 0)
+    text += fmt::format("  error      {} extinctions were above their bound: the picture is wrong; please report it\n",
+                        r.majorants_exceeded);
   if (r.medium_contradictions > 0)
     text +=
         fmt::format("  media      {} crossings contradicted the medium and were put right\n", r.medium_contradictions);
@@ -87,6 +90,8 @@ std::string to_json(const RenderReport& r) {
   json["scatterings"] = r.scatterings;
   json["bent_directions"] = r.bent_directions;
   json["medium_contradictions"] = r.medium_contradictions;
+  json["medium_collisions"] = r.medium_collisions;
+  json["majorants_exceeded"] = r.majorants_exceeded;
   json["bad_samples"] = {{"count", r.bad_samples}, {"replay_commands", r.replay_commands}};
   json["notes"] = r.notes;
   return json.dump(2) + "\n";

@@ -15,18 +15,20 @@ struct Sample2 {
 /// Who draws a random number. One name, one use: two stages never share numbers. The values are part of what
 /// a seed means, so new ones are appended and old ones never renumbered.
 enum class Dimension : uint32_t {
-  camera_film = 0,      ///< 2D: place in the pixel's filter
-  camera_lens = 1,      ///< 2D: place on the aperture
-  time = 2,             ///< 1D: moment of the shutter interval
-  bsdf_lobe = 3,        ///< 1D: reflection or transmission
-  bsdf_direction = 4,   ///< 2D: direction within the lobe
-  light_choice = 5,     ///< 1D: which light
-  light_position = 6,   ///< 2D: where on the light
-  roulette = 7,         ///< 1D: Russian roulette
-  free_flight = 8,      ///< 1D: optical depth of the next collision
-  phase_direction = 9,  ///< 2D: direction from a phase function
-  channel = 10,         ///< 1D: colour channel that drives a choice
-  medium_choice = 11,   ///< 1D: which medium of a mixture collides
+  camera_film = 0,       ///< 2D: place in the pixel's filter
+  camera_lens = 1,       ///< 2D: place on the aperture
+  time = 2,              ///< 1D: moment of the shutter interval
+  bsdf_lobe = 3,         ///< 1D: reflection or transmission
+  bsdf_direction = 4,    ///< 2D: direction within the lobe
+  light_choice = 5,      ///< 1D: which light
+  light_position = 6,    ///< 2D: where on the light
+  roulette = 7,          ///< 1D: Russian roulette
+  free_flight = 8,       ///< 1D: optical depth of the next collision
+  phase_direction = 9,   ///< 2D: direction from a phase function
+  channel = 10,          ///< 1D: colour channel that drives a choice
+  medium_choice = 11,    ///< 1D: which medium of a mixture collides
+  tracking = 12,         ///< stream: tentative collisions of a flight
+  shadow_tracking = 13,  ///< stream: those of a shadow ray
 };
 
 enum class SamplerKind : uint8_t {

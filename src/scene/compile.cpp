@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "scene/compile_materials.h"
+#include "scene/compile_media.h"
 #include "scene/pack_balls.h"
 #include "scene/wall_contact.h"
 
@@ -121,7 +122,7 @@ class MediaClasses {
                               max_media_classes - 1));
     std::vector<Medium> media(1);
     for (const MaterialDescription& kind : kinds_)
-      media.push_back({static_cast<float>(kind.ior), kind.absorption, kind.scattering, kind.phase});
+      media.push_back({static_cast<float>(kind.ior), kind.absorption, kind.scattering, kind.phase, 0});
     return media;
   }
   /// The class of a material's inside; 0 for what has none.
@@ -155,6 +156,7 @@ class Compiler {
     for (const PatchDescription& patch : scene_.patches) add(patch);
     for (const MeshDescription& mesh : scene_.meshes) add(mesh);
     finish_solids();
+    add_density();
     add_lights();
     flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
     flat_.integrator = scene_.integrator;
@@ -176,6 +178,13 @@ class Compiler {
     for (const BoxDescription& box : scene_.boxes) classes_.add(box.material);
     for (const MeshDescription& mesh : scene_.meshes) classes_.add(mesh.material);
     flat_.media = classes_.sort();
+  }
+
+  void add_density() {
+    flat_.density = compile_density(scene_, flat_.recentring);
+    for (std::size_t i = 0; i < scene_.fluids.size(); ++i)
+      if (scene_.fluids[i].medium) flat_.media[classes_.class_of(scene_.fluids[i].material)].fluids |= 1u << i;
+    for (std::size_t i = 0; i < scene_.volumes.size(); ++i) flat_.volumes |= 1u << (scene_.fluids.size() + i);
   }
 
   Instance make_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {

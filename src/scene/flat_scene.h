@@ -15,6 +15,7 @@
 #include "materials/material.h"
 #include "math/transform.h"
 #include "media/media_state.h"
+#include "media/particle_density_build.h"
 #include "scene/scene_description.h"
 
 namespace embrun {
@@ -101,6 +102,8 @@ struct FlatScene {
   std::vector<Image> pictures;  ///< owners of what textures view
   std::vector<Material> materials;
   std::vector<Medium> media;     ///< by class; [0] is the air
+  ParticleDensity density;       ///< the particles of all media
+  std::uint32_t volumes = 0;     ///< mask of its fluids that count everywhere
   EnvironmentImage environment;  ///< owner of what the lights view
   LightSetBuilder lights;
   Camera camera;

@@ -149,6 +149,54 @@ TEST(Reference, DamBreak) {
   EXPECT_EQ(result.counts.paths.contradictions, 0u);
 }
 
+/// What the particles of the drop do to light: extinction by the file's own column, albedo 0.9, g = 0.5.
+ParticleMediumDescription reference_milk(const ParticleSet& particles) {
+  ParticleMediumDescription milk;
+  milk.albedo = grey(0.9f);
+  milk.phase = {PhaseKind::henyey_greenstein, 0.5f};
+  for (const float k : particles.find("extinction")->floats) milk.extinctions.push_back(grey(k));
+  return milk;
+}
+
+TEST(Reference, MilkyDrop) {
+  SceneDescription scene = drop_scene(3, 128);
+  scene.fluids[0].medium = reference_milk(read_particles(std::string(EMBRUN_DATA_DIR) + "/droplets.ply"));
+  scene.integrator.max_depth = 200;
+  const RenderResult result = render(scene);
+  const Agreement pbrt = compare(result, "milky_pbrt.pfm", 0.0350);
+  EXPECT_NEAR(pbrt.ratio, 1.0, 0.001 + 2 * pbrt.ratio_error);
+  EXPECT_GE(pbrt.share, 0.95);
+  const Agreement mitsuba = compare(result, "milky_mitsuba.pfm", 0.044);
+  EXPECT_NEAR(mitsuba.ratio, 1.0, 0.001 + 2 * mitsuba.ratio_error);
+  EXPECT_GE(mitsuba.share, 0.95);
+  EXPECT_EQ(result.counts.paths.contradictions, 0u);
+  EXPECT_EQ(result.counts.paths.majorants, 0u);
+}
+
+// The same particles in air, without a surface.
+TEST(Reference, Fog) {
+  const ParticleSet particles = read_particles(std::string(EMBRUN_DATA_DIR) + "/droplets.ply");
+  SceneDescription scene = drop_scene(3, 128);
+  scene.fluids.clear();
+  VolumeDescription fog;
+  fog.positions = particles.positions;
+  fog.radius = 0.0375;
+  fog.medium = reference_milk(particles);
+  scene.volumes.push_back(fog);
+  scene.integrator.max_depth = 200;
+  const RenderResult result = render(scene);
+  const Agreement pbrt = compare(result, "fog_pbrt.pfm", 0.0359);
+  EXPECT_NEAR(pbrt.ratio, 1.0, 0.001 + 2 * pbrt.ratio_error);
+  EXPECT_GE(pbrt.share, 0.95);
+  EXPECT_EQ(result.counts.paths.majorants, 0u);
+
+  // The judge can tell other fog.
+  scene.volumes[0].medium.phase.g = 0.4f;
+  scene.integrator.samples = 64;
+  const Agreement other = compare(render(scene), "fog_pbrt.pfm", 0.0359);
+  EXPECT_TRUE(std::abs(other.ratio - 1) > 0.001 + 2 * other.ratio_error || other.share < 0.95);
+}
+
 // The judge can tell: another index of refraction, or another threshold, is seen at once.
 TEST(Reference, AnotherWaterDisagrees) {
   SceneDescription scene = drop_scene(3, 32);

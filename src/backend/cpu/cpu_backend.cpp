@@ -70,6 +70,8 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   view_.ball_set_count = static_cast<int>(embree_->ball_sets().size());
   path_scene_.materials = scene.materials.data();
   for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];
+  path_scene_.density = scene.density.view();
+  path_scene_.volumes = scene.volumes;
   path_scene_.lights = scene.lights.view();
   path_scene_.camera = scene.camera;
   path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye);
@@ -79,6 +81,8 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   settings.max_depth = scene.integrator.max_depth;
   settings.max_refractions = scene.integrator.max_refractions;
   settings.roulette_depth = scene.integrator.roulette_depth;
+  settings.straight_shadows = scene.integrator.straight_shadows;
+  settings.clamp = static_cast<float>(scene.integrator.clamp);
   if (scene.integrator.guide && needs_guide(scene)) {
     guide_ = std::make_unique<LearnedGuide>(learn_guide(kernels_, path_scene_, view_));
     path_scene_.guide = guide_->view();

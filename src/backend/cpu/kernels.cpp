@@ -31,7 +31,7 @@ struct FirstDirections {
     for (int i = 0; i < count; ++i) {
       const std::uint16_t slot = slots[i];
       const PathState& path = batch.paths[slot];
-      if (!path.alive || path.scatter_pdf == 0.0f || throughput[slot] != 0.0f) continue;
+      if (!path.alive || path.scatter_pdf == 0.0f || path.left_medium || throughput[slot] != 0.0f) continue;
       lessons[slot].direction = path.ray.direction;
       lessons[slot].in_body = path.media.counts != 0;
       throughput[slot] = luminance(path.throughput);

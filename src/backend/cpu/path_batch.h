@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include "image/film.h"
+#include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
 
 namespace embrun {
@@ -107,6 +108,11 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
     PathState& path = batch.paths[slot];
     const SceneHit& hit = batch.hits[slot];
     MediaState& behind = batch.behind[slot];
+    MediumCollision collision;
+    if (fly_to_boundary(scene, path, batch.found[slot], hit, collision, counters)) {
+      if (scatter_in_medium(scene, path, collision, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
+      continue;
+    }
     if (advance_path(scene, intersector, path, batch.found[slot], hit, behind, counters) != Advance::scatters) continue;
     if (scatter_path(scene, path, hit, behind, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
   }
@@ -122,7 +128,7 @@ EMBRUN_LOCAL_FN void shadow_stage(const PathScene& scene, const Intersector& int
   const std::uint64_t before = counters.shadow.rays;
   for (int i = 0; i < count; ++i) {
     const int slot = batch.lit[i];
-    batch.paths[slot].radiance += trace_shadow_ray(scene, intersector, batch.shadows[slot], counters);
+    add_light(scene, batch.paths[slot], trace_shadow_ray(scene, intersector, batch.shadows[slot], counters));
   }
   timer.stop(counters.shadow, counters.shadow.rays - before);
 }

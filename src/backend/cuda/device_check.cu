@@ -4,6 +4,7 @@
 #include "geometry/ball_set.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
+#include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
 
 // The large pieces, compiled once each rather than into every caller: it is the compile time that counts here.
@@ -58,10 +59,16 @@ EMBRUN_FN Rgb trace_path(const PathScene& scene, const DeviceIntersector& inters
     SceneHit hit;
     const bool found = intersector.intersect(path.ray, path.media, hit);
     MediaState behind;
-    if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
     ShadowRay shadow;
+    MediumCollision collision;
+    if (fly_to_boundary(scene, path, found, hit, collision, counters)) {
+      if (scatter_in_medium(scene, path, collision, shadow, counters))
+        add_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+      continue;
+    }
+    if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
     if (scatter_path(scene, path, hit, behind, shadow, counters))
-      path.radiance += trace_shadow_ray(scene, intersector, shadow, counters);
+      add_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
   }
   return path.radiance;
 }

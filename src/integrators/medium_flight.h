@@ -1,0 +1,96 @@
+#pragma once
+
+#include "integrators/path_scene.h"
+#include "integrators/path_state.h"
+#include "media/homogeneous.h"
+
+// What happens to a path between two boundaries: absorption, and collisions with what scatters there. Media that are the same
+// everywhere in a body absorb by their transmittance and scatter by free flight; particles do both by free flight. The two
+// flights are independent, and the shorter one counts.
+
+namespace embrun {
+
+/// Where a path collided with a medium on its way to the next boundary, and what it met.
+struct MediumCollision {
+  float t = 0;
+  PhaseFunction phase;
+  Rgb albedo{1, 1, 1};
+  Rgb emission;  ///< radiance that the collision brings
+};
+
+/// Mask of the fluids whose particles count where the media are these.
+EMBRUN_FN std::uint32_t fluids_within(const PathScene& scene, const MediaState& media) {
+  return (scene.volumes | (static_cast<std::uint32_t>(media.inside_solids) & scene.media[media.current()].fluids)) &
+         scene.density.present;
+}
+
+/// True where a path may collide.
+EMBRUN_FN bool may_collide(const PathScene& scene, const MediaState& media) {
+  return fluids_within(scene, media) != 0 || !is_black(scene.media[media.current()].scattering);
+}
+
+/// exp(-coefficient * distance), for channels of one coefficient at any distance.
+EMBRUN_FN Rgb homogeneous_ratio(Rgb coefficient, int channel, float distance) {
+  return exp_of((grey(coefficient[channel]) - coefficient) * distance);
+}
+
+/// Flies the path to `t` at most. True when it collides before: `collision` is filled in, and the throughput has the weight
+/// of the flight (the albedo not yet) and the absorption up to there. False: it has the weight of getting through, but not
+/// the absorption, which is advance_path's.
+EMBRUN_LOCAL_FN bool fly_path(const PathScene& scene, PathState& path, float t, MediumCollision& collision,
+                              PathCounters& counters) {
+  const Ray& ray = path.ray;
+  const Medium& medium = scene.media[path.media.current()];
+  const SamplerKind kind = scene.settings.sampler;
+  // Flights beyond the first of one event are drawn from a stream of their own.
+  RandomStream random(path.key, Dimension::tracking, path.passed);
+  const bool first = path.passed == 0;
+  const Rgb shares = channel_shares(path.throughput);
+  const Sample2 spare = first ? Sample2{} : random.next_pair();
+  const int channel = draw_channel(shares, first ? sample_1d(kind, path.key, Dimension::channel) : spare.x);
+  const float u = first ? sample_1d(kind, path.key, Dimension::free_flight) : spare.y;
+
+  Rgb ratio = grey(1.0f);
+  float end = t;
+  bool scattered = false;
+  if (!is_black(medium.scattering)) {
+    const float free =
+        medium.scattering[channel] > 0.0f ? flight_depth(random.next_pair().x) / medium.scattering[channel] : infinity;
+    scattered = free < t - ray.t_min;
+    if (scattered) {
+      end = ray.t_min + free;
+      ratio = medium.scattering * (1.0f / medium.scattering[channel]);
+      collision = {end, medium.phase, grey(1.0f), {}};
+    }
+  }
+  DensityRay way{ray.origin, ray.direction, ray.t_min, end, fluids_within(scene, path.media)};
+  const Flight flight =
+      next_collision(scene.density, way, scene.settings.flights, channel, u, random, counters.majorants);
+  if (flight.collided) {
+    end = flight.t;
+    ratio = grey(1.0f);
+    collision = {end, scene.density.fluids[flight.local.fluid].phase, flight.local.albedo, flight.local.emission};
+  }
+  ratio *= flight.ratio;
+  if (!is_black(medium.scattering) && end < infinity)
+    ratio *= homogeneous_ratio(medium.scattering, channel, end - ray.t_min);
+  path.throughput *= spectral_weight(ratio, shares);
+  const bool collided = scattered || flight.collided;
+  if (collided) path.throughput *= absorption_transmittance(medium.absorption, end - ray.t_min);
+  return collided;
+}
+
+/// Share of light that gets along a ray's stretch up to `t` (which may be infinite) within one state of the media.
+EMBRUN_LOCAL_FN Rgb stretch_transmittance(const PathScene& scene, const MediaState& media, const Ray& ray, float t,
+                                          RandomStream& random, PathCounters& counters) {
+  const Medium& medium = scene.media[media.current()];
+  Rgb through = grey(1.0f);
+  if (t < infinity) through = absorption_transmittance(medium.absorption + medium.scattering, t - ray.t_min);
+  const std::uint32_t fluids = fluids_within(scene, media);
+  if (fluids != 0)
+    through *= transmittance(scene.density, {ray.origin, ray.direction, ray.t_min, t, fluids},
+                             scene.settings.transmittance, random, counters.majorants);
+  return through;
+}
+
+}  // namespace embrun

@@ -1,0 +1,101 @@
+#include "scene/compile_media.h"
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "math/black_body.h"
+
+namespace embrun {
+namespace {
+
+/// The arrays that a DensityParticles views.
+struct Placed {
+  std::vector<Vec3> positions;
+  std::vector<float> radii;
+};
+
+/// Radiance of every particle's matter, from colours or temperatures.
+std::vector<Rgb> glow_of(const ParticleMediumDescription& medium) {
+  const auto scale = static_cast<float>(medium.emission_scale);
+  std::vector<Rgb> glow = medium.emission;
+  for (const float kelvin : medium.temperatures) glow.push_back(black_body_radiance(static_cast<double>(kelvin)));
+  for (Rgb& radiance : glow) radiance *= scale;
+  return glow;
+}
+
+/// What is common to fluids and volumes. `radius` and `spacing` in metres of the scene.
+DensityParticles describe(const ParticleMediumDescription& medium, const Placed& placed, double radius,
+                          double spacing) {
+  DensityParticles particles;
+  particles.positions = placed.positions;
+  particles.radii = placed.radii;
+  particles.radius = static_cast<float>(radius);
+  particles.model = medium.model;
+  particles.volume = static_cast<float>(spacing * spacing * spacing);
+  const auto scale = static_cast<float>(medium.extinction_scale);
+  particles.extinction = medium.extinction * scale;
+  particles.albedo = medium.albedo;
+  particles.phase = medium.phase;
+  particles.extinctions = medium.extinctions;
+  for (Rgb& k : particles.extinctions) k *= scale;
+  // The smooth sum is the density itself: particles that stand for less room there have it from being closer together.
+  if (medium.model == DensityModel::balls) particles.factors = medium.densities;
+  particles.albedos = medium.albedos;
+  particles.emission = glow_of(medium);
+  return particles;
+}
+
+/// Factor from particles' radii to those of their balls.
+double ball_scale(const ParticleMediumDescription& medium, double radius) {
+  return medium.density_radius > 0 ? medium.density_radius / radius : 1;
+}
+
+Placed place_fluid(const FluidDescription& fluid, Vec3d recentring) {
+  Placed placed;
+  for (const Vec3d& p : fluid.positions) placed.positions.push_back(to_float(place(fluid.placement, p) - recentring));
+  const double scale =
+      largest_scale(fluid.placement) * ball_scale(*fluid.medium, static_cast<double>(fluid.surface.radius));
+  for (const float r : fluid.radii) placed.radii.push_back(static_cast<float>(scale * static_cast<double>(r)));
+  return placed;
+}
+
+Placed place_volume(const VolumeDescription& volume, Vec3d recentring) {
+  Placed placed;
+  for (const Vec3d& p : volume.positions) placed.positions.push_back(to_float(p - recentring));
+  const double scale = ball_scale(volume.medium, volume.radius);
+  for (const float r : volume.radii) placed.radii.push_back(static_cast<float>(scale * static_cast<double>(r)));
+  return placed;
+}
+
+}  // namespace
+
+ParticleDensity compile_density(const SceneDescription& scene, Vec3d recentring) {
+  const std::size_t count = scene.fluids.size() + scene.volumes.size();
+  bool any = !scene.volumes.empty();
+  for (const FluidDescription& fluid : scene.fluids) any = any || fluid.medium.has_value();
+  if (!any) return {};
+  if (count > static_cast<std::size_t>(max_density_fluids))
+    throw Error(fmt::format("{} fluids and {} volumes: at most {} together can be told apart", scene.fluids.size(),
+                            scene.volumes.size(), max_density_fluids));
+
+  std::vector<Placed> placed(count);
+  std::vector<DensityParticles> particles(count);
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i) {
+    const FluidDescription& fluid = scene.fluids[i];
+    if (!fluid.medium) continue;
+    placed[i] = place_fluid(fluid, recentring);
+    const double own = static_cast<double>(fluid.surface.radius), size = largest_scale(fluid.placement);
+    const double spacing = fluid.surface.spacing > 0 ? fluid.surface.spacing : 2 * own;
+    particles[i] = describe(*fluid.medium, placed[i], size * own * ball_scale(*fluid.medium, own), size * spacing);
+  }
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
+    const VolumeDescription& volume = scene.volumes[i];
+    Placed& own = placed[scene.fluids.size() + i];
+    own = place_volume(volume, recentring);
+    particles[scene.fluids.size() + i] =
+        describe(volume.medium, own, volume.radius * ball_scale(volume.medium, volume.radius), 2 * volume.radius);
+  }
+  return ParticleDensity(particles, scene.overlap);
+}
+
+}  // namespace embrun
