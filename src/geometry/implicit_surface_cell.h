@@ -1,0 +1,254 @@
+#pragma once
+
+#include "geometry/implicit_surface_line.h"
+#include "geometry/surface_hit.h"
+#include "math/vec.h"
+
+namespace embrun {
+
+// A ray in one cell near the surface: the first crossing of the union of the main and the recovered field, and the hit
+// there. Lengths are grid units.
+
+/// A ray in grid units, and the part of it that lies in one cell.
+struct GridRay {
+  Vec3 origin;
+  Vec3 direction;
+  Vec3 inverse_direction;
+};
+
+/// How far from a hit, in influence radii, the bounds on the field's curvature are asked for.
+inline constexpr float clearance_reach = 0.3f;
+/// The parabola of the cell's quadratic along the ray, times sign.
+EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float sign) {
+  const float* c = cell.quadratic;
+  const float hx = 2.0f * c[4] * o.x + c[7] * o.y + c[8] * o.z;
+  const float hy = c[7] * o.x + 2.0f * c[5] * o.y + c[9] * o.z;
+  const float hz = c[8] * o.x + c[9] * o.y + 2.0f * c[6] * o.z;
+  const float value = c[0] + c[1] * o.x + c[2] * o.y + c[3] * o.z + 0.5f * (hx * o.x + hy * o.y + hz * o.z);
+  const float slope = (c[1] + hx) * d.x + (c[2] + hy) * d.y + (c[3] + hz) * d.z;
+  const float curve =
+      c[4] * d.x * d.x + c[5] * d.y * d.y + c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.x * d.z + c[9] * d.y * d.z;
+  return {sign * value, sign * slope, sign * curve};
+}
+
+/// What is known of where the ray starts.
+struct RayStart {
+  bool on_surface = false;  ///< it starts on the surface, in this cell
+  float clear_main = 0.0f;  ///< no crossing of the main field's surface before this t
+  float clear_recovered = 0.0f;
+};
+
+/// A crossing inside one cell, before normals.
+struct CellCrossing {
+  float t;
+  SurfaceBranch branch;
+};
+
+/// First crossing of the main field's side change within [low, high]; `origin` is relative to the cell's centre
+/// and t = 0 there; `model` is that of model_along.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                   const Vec3& direction, float sign, const Parabola& model, float low, float high,
+                                   bool starts_on_surface, float& t) {
+  const float slack = sign > 0.0f ? cell.upper : cell.lower;
+  if (!first_possible(model, slack, low, high)) return false;
+  const float guess = likely_crossing(model, low, high);
+  return first_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, sign, model, slack, low,
+                                                                  high, guess, starts_on_surface, nullptr, t);
+}
+
+/// The same for the recovered particles' field, which has no model. `at_low`: the field at `low`, or null.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                        const Vec3& direction, float sign, float low, float high,
+                                        bool starts_on_surface, const FieldOnLine* at_low, float& t) {
+  const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
+  float guess = span.ball_exit > low ? min_of(span.ball_exit, high) : low;
+  if (sign > 0.0f) {
+    if (span.most < 0.9999f) return false;
+    low = max_of(low, span.begin);
+    high = min_of(high, span.end);
+    if (low > high) return false;
+    guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
+  }
+  const Parabola none{0.0f, 0.0f, 0.0f};
+  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, sign, none, 1.0f,
+                                                                       low, high, guess, starts_on_surface, at_low, t);
+}
+
+/// First crossing of the union's surface within [low, high] of one near cell; `model` is that of model_along.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                   const Vec3& direction, bool inside, const Parabola& model, float low, float high,
+                                   const RayStart& start, CellCrossing& hit) {
+  // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
+  const bool main_start = start.on_surface && start.clear_main == 0.0f;
+  const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
+  const bool has_main = cell.list_blocks > 0;
+  const bool has_recovered = cell.recovered_blocks > 0;
+  if (!inside) {
+    bool found = false;
+    if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, model,
+                                                       max_of(low, start.clear_main), high, main_start, hit.t)) {
+      hit.branch = SurfaceBranch::main;
+      found = true;
+      high = hit.t;
+    }
+    float t;
+    if (has_recovered &&
+        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_recovered),
+                                                high, recovered_start, nullptr, t)) {
+      hit = {t, SurfaceBranch::recovered};
+      found = true;
+    }
+    return found;
+  }
+  // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other; where a field is
+  // under its threshold already, its crossing is found at once.
+  hit = {low, SurfaceBranch::main};
+  for (int i = 0; i < 16; ++i) {
+    float t = low;
+    if (has_main) {
+      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, model, max_of(low, start.clear_main),
+                                              high, main_start && i == 0, t)) {
+        return false;
+      }
+      if (i > 0 && t <= low + crossing_tolerance) return true;
+      hit = {t, SurfaceBranch::main};
+      low = t;
+    }
+    if (!has_recovered) return true;
+    low = max_of(low, start.clear_recovered);
+    if (low > high) return false;
+    const bool may_start = recovered_start && i == 0;
+    FieldOnLine r;
+    const FieldOnLine* at_low = nullptr;
+    bool starts = false;
+    // Without the main field the ray is known to be inside the recovered one, unless it starts on its surface.
+    if (has_main || i > 0 || may_start) {
+      const Vec3 y = origin + direction * low;
+      if (!may_start && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y) <= 0.0f) return true;
+      r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f,
+                                                                                        0.0f);
+      starts = fabsf(r.value) < rounding_on_surface && r.slope > 0.0f;
+      if (r.value <= 0.0f && !(may_start && starts)) return true;
+      at_low = &r;
+    }
+    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, t)) {
+      return false;
+    }
+    hit = {t, SurfaceBranch::recovered};
+    low = t;
+    if (!has_main) return true;
+  }
+  return true;
+}
+
+/// Brings a crossing to its exact place and fills in its normals, side and what is known of the field there.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                              const Vec3& direction, CellCrossing& crossing, bool inside, SurfaceHit& hit) {
+  const bool main = crossing.branch == SurfaceBranch::main;
+  // Far enough to be of use, near enough for the bounds to be tight; with mixed radii there is no one such distance.
+  const float reach =
+      equal_radii ? clearance_reach / (main ? s.inverse_influence : s.recovered_inverse_influence) : 0.0f;
+  FieldNormals n;
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 y = origin + direction * crossing.t;
+    n = main ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y, reach)
+             : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y, reach);
+    // A last step of Newton's; the normals of where it starts do if it is short.
+    const float slope = -dot(n.gradient, direction);
+    const float step = (inside ? slope < 0.0f : slope > 0.0f) ? -n.value / slope : 0.0f;
+    const float longest = min_of(0.1f, 0.5f / max_of(fabsf(slope), 1e-6f));
+    crossing.t = max_of(crossing.t + clamp(step, -longest, longest), 0.0f);
+    if (fabsf(step) <= crossing_tolerance) break;
+  }
+  const float gradient = length(n.gradient);
+  const float weighted = length(n.weighted);
+  const Vec3 against = inside ? direction : -direction;
+  hit.geometric_normal = gradient > 1e-12f ? n.gradient * (1.0f / gradient) : against;
+  hit.shading_normal =
+      s.normal == NormalMode::weighted && weighted > 1e-12f ? n.weighted * (1.0f / weighted) : hit.geometric_normal;
+  hit.entering = !inside;
+  const float per_metre = 1.0f / s.cell_size;
+  hit.sheet = main ? 0 : 1;
+  hit.gradient = gradient * per_metre;
+  hit.rise = n.rise * per_metre * per_metre;
+  hit.fall = n.fall * per_metre * per_metre;
+  hit.reach = reach * s.cell_size;
+}
+
+/// t at which the ray leaves the box [low, high] and through which axis.
+EMBRUN_FN float box_exit(const GridRay& ray, Vec3 low, Vec3 high, int& axis) {
+  const float tx = ((ray.direction.x >= 0.0f ? high.x : low.x) - ray.origin.x) * ray.inverse_direction.x;
+  const float ty = ((ray.direction.y >= 0.0f ? high.y : low.y) - ray.origin.y) * ray.inverse_direction.y;
+  const float tz = ((ray.direction.z >= 0.0f ? high.z : low.z) - ray.origin.z) * ray.inverse_direction.z;
+  axis = tx < ty ? (tx < tz ? 0 : 2) : (ty < tz ? 1 : 2);
+  return axis == 0 ? tx : axis == 1 ? ty : tz;
+}
+
+/// The part [low, high] of a ray inside one cell that is near and not split; `origin` is relative to its centre.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool leaf_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                              const Vec3& direction, bool inside, const Parabola& model, float low, float high,
+                              const RayStart& start, float& t, SurfaceHit& hit) {
+  CellCrossing crossing;
+  if (!cell_crossing<kernel, equal_radii>(s, cell, origin, direction, inside, model, low, high, start, crossing)) {
+    return false;
+  }
+  fill_hit<kernel, equal_radii>(s, cell, origin, direction, crossing, inside, hit);
+  t = crossing.t;
+  return true;
+}
+
+/// The same for a split cell, whose children are walked front to back. `center`: of the top cell.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool split_hit(const ImplicitSurfaceView& s, const SurfaceCell& top, const Vec3& center,
+                               const GridRay& ray, bool inside, float low, float high, RayStart start, float& t,
+                               SurfaceHit& hit) {
+  for (int guard = 0; guard < 4096; ++guard) {
+    // Descend to the leaf that holds the ray at `low`, from the top each time.
+    const SurfaceCell* cell = &top;
+    Vec3 middle = center;
+    float half = 0.5f;
+    const Vec3 p = ray.origin + ray.direction * low;
+    while (cell->kind == SurfaceCellKind::split) {
+      half *= 0.5f;
+      const bool x = p.x > middle.x || (p.x == middle.x && ray.direction.x > 0.0f);
+      const bool y = p.y > middle.y || (p.y == middle.y && ray.direction.y > 0.0f);
+      const bool z = p.z > middle.z || (p.z == middle.z && ray.direction.z > 0.0f);
+      middle += Vec3{x ? half : -half, y ? half : -half, z ? half : -half};
+      cell = s.cell + cell->list + (x ? 1 : 0) + (y ? 2 : 0) + (z ? 4 : 0);
+    }
+    int axis;
+    const Vec3 h{half, half, half};
+    const float end = min_of(high, max_of(box_exit(ray, middle - h, middle + h, axis), low));
+    if (cell->kind == SurfaceCellKind::near) {
+      const Vec3 origin = ray.origin - middle;
+      const Parabola model = model_along(*cell, origin, ray.direction, inside ? -1.0f : 1.0f);
+      if (leaf_hit<kernel, equal_radii>(s, *cell, origin, ray.direction, inside, model, low, end, start, t, hit)) {
+        return true;
+      }
+      start.on_surface = false;
+    }
+    low = end + 1e-6f + 1e-6f * half;
+    if (end >= high || low >= high) return false;
+  }
+  return false;
+}
+
+/// The part [low, high] of a ray inside one near top cell.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN bool near_cell_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& center,
+                                   const GridRay& ray, bool inside, float low, float high, const RayStart& start,
+                                   float& t, SurfaceHit& hit) {
+  if (cell.kind == SurfaceCellKind::split) {
+    return split_hit<kernel, equal_radii>(s, cell, center, ray, inside, low, high, start, t, hit);
+  }
+  const Vec3 origin = ray.origin - center;
+  const Parabola model = model_along(cell, origin, ray.direction, inside ? -1.0f : 1.0f);
+  return leaf_hit<kernel, equal_radii>(s, cell, origin, ray.direction, inside, model, low, high, start, t, hit);
+}
+
+}  // namespace embrun

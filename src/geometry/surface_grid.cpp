@@ -1,0 +1,114 @@
+#include "geometry/surface_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "geometry/kernels.h"
+
+namespace embrun {
+
+namespace {
+
+/// Radius that half the particles' total volume lies under: what most of the surface is made of.
+float median_volume_radius(std::span<const float> radii) {
+  std::vector<float> sorted(radii.begin(), radii.end());
+  std::sort(sorted.begin(), sorted.end());
+  double total = 0;
+  for (const float r : sorted) total += std::pow(static_cast<double>(r), 3);
+  double sum = 0;
+  for (const float r : sorted) {
+    sum += std::pow(static_cast<double>(r), 3);
+    if (sum >= 0.5 * total) return r;
+  }
+  return sorted.back();
+}
+
+}  // namespace
+
+GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model) {
+  GridPlan plan;
+  plan.equal_radii = radii.empty();
+  Box3 bounds;
+  for (const Vec3 p : positions) bounds.include(p);
+  const float largest = radii.empty() ? model.radius : *std::max_element(radii.begin(), radii.end());
+  const float typical = radii.empty() ? model.radius : median_volume_radius(radii);
+  const double support = static_cast<double>(kernel_support(model.kernel));
+  // Beyond the support of everything there is nothing; a little more keeps rounding inside.
+  const double reach =
+      support * std::max(static_cast<double>(model.influence_factor), 2.0) * static_cast<double>(largest) * 1.001;
+  // Cells are numbered with 31 bits.
+  const double budget = std::min(std::max(12.0 * static_cast<double>(positions.size()), 262144.0), 2147483648.0);
+  plan.cell_size = 2.0 * static_cast<double>(typical);
+  plan.target = 1.0;
+  double extent[3];
+  for (int a = 0; a < 3; ++a) {
+    extent[a] = static_cast<double>(bounds.high[a]) - static_cast<double>(bounds.low[a]) + 2.0 * reach;
+  }
+  const auto tiles_at = [&](int a, double size) { return std::ceil(extent[a] / (size * tile_side)); };
+  while (tiles_at(0, plan.cell_size) * tiles_at(1, plan.cell_size) * tiles_at(2, plan.cell_size) * 64.0 > budget) {
+    // A wide domain with few particles: coarser cells, split where the surface is.
+    plan.cell_size *= 2.0;
+    plan.target *= 0.5;
+    if (plan.cell_size > 4.0 * std::max({extent[0], extent[1], extent[2]})) break;
+  }
+  for (int a = 0; a < 3; ++a) {
+    plan.tiles[a] = std::max(1, static_cast<int>(tiles_at(a, plan.cell_size)));
+    plan.cells[a] = plan.tiles[a] * tile_side;
+    const double slack = plan.cells[a] * plan.cell_size - extent[a];
+    plan.origin[a] = static_cast<double>(bounds.low[a]) - reach - 0.5 * slack;
+  }
+
+  plan.units_per_grid = 1.0;
+  plan.bias = 0.0;
+  const double reach_in_cells = support * static_cast<double>(model.influence_radius) / plan.cell_size;
+  if (plan.equal_radii) {
+    // 16 bits hold the support on both sides of a cell, and a value beyond it for empty lanes.
+    plan.units_per_grid = std::floor(65400.0 / (2.0 * reach_in_cells + 1.0));
+    plan.bias = std::ceil(reach_in_cells * plan.units_per_grid) + 8.0;
+  }
+  plan.frame = {model.kernel,
+                plan.equal_radii,
+                static_cast<float>(reach_in_cells * plan.units_per_grid),
+                static_cast<float>(support),
+                static_cast<float>(plan.units_per_grid),
+                1.0f / model.threshold};
+  return plan;
+}
+
+SortedLattice sort_particles(std::span<const Vec3> positions, const GridPlan& plan) {
+  const std::size_t count = positions.size();
+  const double scale = plan.units_per_grid / plan.cell_size;
+  const auto per_cell = static_cast<std::int32_t>(plan.units_per_grid);
+  std::vector<std::int32_t> x(count), y(count), z(count);
+  std::vector<std::uint32_t> cell(count);
+  parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      x[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].x) - plan.origin[0]) * scale + 0.5);
+      y[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].y) - plan.origin[1]) * scale + 0.5);
+      z[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].z) - plan.origin[2]) * scale + 0.5);
+      cell[i] = static_cast<std::uint32_t>(((z[i] / per_cell) * plan.cells[1] + y[i] / per_cell) * plan.cells[0] +
+                                           x[i] / per_cell);
+    }
+  });
+  SortedLattice sorted;
+  sorted.starts.assign(static_cast<std::size_t>(plan.cells[0]) * static_cast<std::size_t>(plan.cells[1]) *
+                               static_cast<std::size_t>(plan.cells[2]) +
+                           1,
+                       0);
+  for (const std::uint32_t c : cell) ++sorted.starts[c + 1];
+  for (std::size_t c = 1; c < sorted.starts.size(); ++c) sorted.starts[c] += sorted.starts[c - 1];
+  sorted.x.resize(count);
+  sorted.y.resize(count);
+  sorted.z.resize(count);
+  std::vector<std::uint32_t> next(sorted.starts.begin(), sorted.starts.end() - 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t to = next[cell[i]]++;
+    sorted.x[to] = x[i];
+    sorted.y[to] = y[i];
+    sorted.z[to] = z[i];
+  }
+  return sorted;
+}
+
+}  // namespace embrun

@@ -1,0 +1,366 @@
+#include "geometry/surface_tile_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "geometry/kernels.h"
+
+namespace embrun {
+
+namespace {
+
+/// A split cell's list is at least this long: shorter ones cost less to scan than to divide.
+constexpr std::size_t longest_unsplit_list = 256;
+constexpr int deepest_split = 12;
+
+}  // namespace
+
+TileBuilder::TileBuilder(const GridPlan& plan, const SortedLattice& sorted, std::span<const Vec3> positions,
+                         std::span<const float> radii, const ParticleBlocks& blocks, const SurfaceModel& model,
+                         const ParticleBlocks& recovered_blocks, std::span<const RecoveredSource> recovered)
+    : plan_(plan),
+      sorted_(sorted),
+      positions_(positions),
+      radii_(radii),
+      blocks_(blocks),
+      influence_factor_(model.influence_factor),
+      recover_threshold_(model.recover_threshold),
+      recovered_blocks_(recovered_blocks),
+      recovered_(recovered),
+      loops_(cell_model_loops()) {}
+
+void TileBuilder::build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile& tile) {
+  tile = {};
+  corner_[0] = tx * tile_side;
+  corner_[1] = ty * tile_side;
+  corner_[2] = tz * tile_side;
+  const std::size_t count = plan_.equal_radii ? take_from_lattice() : take_from_blocks();
+  take_recovered();
+  tile.first_cell = static_cast<std::uint32_t>(piece.cells.size());
+  if (count == 0 && tile_recovered_.empty()) return;
+
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const std::size_t in_tile = loops_.gather(plan_.frame, all_.arrays(), count, Vec3{2 * unit, 2 * unit, 2 * unit},
+                                            2 * unit, tile_.with_room(count));
+  for (int brick = 0; brick < 8; ++brick) {
+    const int bx = 2 * (brick & 1), by = brick & 2, bz = (brick & 4) / 2;
+    const Vec3 brick_center =
+        Vec3{static_cast<float>(bx + 1), static_cast<float>(by + 1), static_cast<float>(bz + 1)} * unit;
+    const std::size_t in_brick =
+        loops_.gather(plan_.frame, tile_.arrays(), in_tile, brick_center, unit, brick_.with_room(in_tile));
+    take_box_recovered(tile_recovered_, brick_center * (1.0f / unit), 1.0f, brick_recovered_);
+    for (int i = 0; i < 8; ++i) {
+      examine_top_cell((bz + (i >> 2)) * 16 + (by + ((i >> 1) & 1)) * 4 + bx + (i & 1), in_brick, piece, tile);
+    }
+  }
+  // Records in the order of the cells in the tile, so that a rank in near_mask finds them; then the splits' children.
+  std::vector<Pending> splits;
+  for (int cell = 0; cell < static_cast<int>(tile_cells); ++cell) {
+    if (((tile.near_mask >> cell) & 1u) == 0) continue;
+    const SurfaceCell& record = records_[static_cast<std::size_t>(cell)];
+    if (record.kind == SurfaceCellKind::split)
+      splits.push_back({piece.cells.size(), cell_center(cell), 0.5f * unit, 0});
+    piece.cells.push_back(record);
+  }
+  while (!splits.empty()) {
+    const Pending split = splits.back();
+    splits.pop_back();
+    divide(piece, split, in_tile, splits);
+  }
+}
+
+Vec3 TileBuilder::cell_center(int cell) const {
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  return Vec3{static_cast<float>(cell & 3) + 0.5f, static_cast<float>((cell >> 2) & 3) + 0.5f,
+              static_cast<float>(cell >> 4) + 0.5f} *
+         unit;
+}
+
+std::size_t TileBuilder::take_from_lattice() {
+  const int reach = static_cast<int>(std::ceil(plan_.frame.reach / plan_.frame.units_per_grid));
+  int low[3], high[3];
+  for (int a = 0; a < 3; ++a) {
+    low[a] = std::max(corner_[a] - reach, 0);
+    high[a] = std::min(corner_[a] + tile_side + reach, plan_.cells[a]);
+  }
+  const auto per_cell = static_cast<std::int32_t>(plan_.units_per_grid);
+  const std::int32_t ox = corner_[0] * per_cell, oy = corner_[1] * per_cell, oz = corner_[2] * per_cell;
+  std::size_t count = 0;
+  for (int z = low[2]; z < high[2]; ++z) {
+    for (int y = low[1]; y < high[1]; ++y) {
+      const std::size_t row =
+          (static_cast<std::size_t>(z) * static_cast<std::size_t>(plan_.cells[1]) + static_cast<std::size_t>(y)) *
+          static_cast<std::size_t>(plan_.cells[0]);
+      const std::size_t begin = sorted_.starts[row + static_cast<std::size_t>(low[0])];
+      const std::size_t end = sorted_.starts[row + static_cast<std::size_t>(high[0])];
+      if (begin == end) continue;
+      const ParticleArrays out = all_.with_room(count + (end - begin));
+      for (std::size_t i = begin; i < end; ++i, ++count) {
+        out.x[count] = static_cast<float>(sorted_.x[i] - ox);
+        out.y[count] = static_cast<float>(sorted_.y[i] - oy);
+        out.z[count] = static_cast<float>(sorted_.z[i] - oz);
+      }
+    }
+  }
+  all_.with_room(count);
+  return count;
+}
+
+void TileBuilder::scene_box(Vec3& low, Vec3& high) const {
+  for (int a = 0; a < 3; ++a) {
+    low[a] = static_cast<float>(plan_.origin[a] + plan_.cell_size * corner_[a]);
+    high[a] = static_cast<float>(plan_.origin[a] + plan_.cell_size * (corner_[a] + tile_side));
+  }
+}
+
+std::size_t TileBuilder::take_from_blocks() {
+  Vec3 low, high;
+  scene_box(low, high);
+  near_.clear();
+  blocks_.find_near(low, high, near_);
+  const ParticleArrays out = all_.with_room(near_.size() * 16);
+  std::size_t count = 0;
+  for (const std::uint32_t n : near_) {
+    for (std::size_t i = 0; i < 16; ++i) {
+      const std::uint32_t source = blocks_.sources()[16 * n + i];
+      if (source == ParticleBlocks::no_particle) continue;
+      out.x[count] = grid_coordinate(positions_[source].x, 0);
+      out.y[count] = grid_coordinate(positions_[source].y, 1);
+      out.z[count] = grid_coordinate(positions_[source].z, 2);
+      out.reach[count] = plan_.frame.support * influence_factor_ * radii_[source] / static_cast<float>(plan_.cell_size);
+      ++count;
+    }
+  }
+  return count;
+}
+
+float TileBuilder::grid_coordinate(float v, int axis) const {
+  return static_cast<float>((static_cast<double>(v) - plan_.origin[axis]) / plan_.cell_size - corner_[axis]);
+}
+
+void TileBuilder::take_recovered() {
+  tile_recovered_.clear();
+  if (recovered_.empty()) return;
+  Vec3 low, high;
+  scene_box(low, high);
+  near_.clear();
+  recovered_blocks_.find_near(low, high, near_);
+  for (const std::uint32_t n : near_) {
+    for (std::size_t i = 0; i < 16; ++i) {
+      const std::uint32_t source = recovered_blocks_.sources()[16 * n + i];
+      if (source == ParticleBlocks::no_particle) continue;
+      const RecoveredSource& r = recovered_[source];
+      tile_recovered_.push_back({static_cast<float>(r.position.x - corner_[0]),
+                                 static_cast<float>(r.position.y - corner_[1]),
+                                 static_cast<float>(r.position.z - corner_[2]), r.inverse_radius, r.weight});
+    }
+  }
+}
+
+float TileBuilder::take_box_recovered(const std::vector<RecoveredParticle>& from, Vec3 center, float half,
+                                      std::vector<RecoveredParticle>& to) const {
+  to.clear();
+  const float support = plan_.frame.support;
+  float most = 0.0f;
+  for (const RecoveredParticle& r : from) {
+    const Vec3 d{std::abs(r.x - center.x) - half, std::abs(r.y - center.y) - half, std::abs(r.z - center.z) - half};
+    const float square = length_squared(max_of(d, Vec3{})) * r.inverse_radius * r.inverse_radius;
+    if (square >= support * support) continue;
+    most += r.weight * kernel_value(plan_.frame.kernel, std::sqrt(square));
+    to.push_back(r);
+  }
+  return most;
+}
+
+void TileBuilder::examine_top_cell(int index, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile) {
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const Vec3 center = cell_center(index);
+  SurfaceCell& record = records_[static_cast<std::size_t>(index)];
+  const std::size_t listed =
+      loops_.gather(plan_.frame, brick_.arrays(), in_brick, center, 0.5f * unit, cell_.with_room(in_brick));
+  examine(center, 0.5f * unit, listed, brick_recovered_, record);
+  if (record.kind == SurfaceCellKind::near) {
+    tile.near_mask |= std::uint64_t{1} << index;
+    if (wants_split(record, 1.0, listed)) {
+      record.kind = SurfaceCellKind::split;
+    } else {
+      finish_leaf(piece, record, center, listed);
+    }
+  } else if (record.kind == SurfaceCellKind::inside) {
+    tile.inside_mask |= std::uint64_t{1} << index;
+  }
+}
+
+void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
+                          SurfaceCell& record) {
+  record = {};
+  loops_.examine(plan_.frame, cell_.arrays(), listed, nearer_.with_room(listed), center, half, record);
+  cell_recovered_.clear();
+  if (record.kind == SurfaceCellKind::inside || from.empty()) return;
+  const float to_grid = 1.0f / static_cast<float>(plan_.units_per_grid);
+  const Vec3 middle = center * to_grid;
+  if (take_box_recovered(from, middle, half * to_grid, cell_recovered_) < 0.9999f) {
+    cell_recovered_.clear();
+    return;
+  }
+  if (record.kind != SurfaceCellKind::near) {
+    record = {};
+    record.quadratic[0] = -1.0f;
+    record.kind = SurfaceCellKind::near;
+  }
+}
+
+std::size_t TileBuilder::regather(Vec3 center, float half, std::size_t in_tile) {
+  return loops_.gather(plan_.frame, tile_.arrays(), in_tile, center, half, cell_.with_room(in_tile));
+}
+
+bool TileBuilder::is_main(const SurfaceCell& record) const {
+  return record.quadratic[0] != -1.0f || record.upper != 0.0f;
+}
+
+bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_t listed) {
+  if (size > 1.01 * plan_.target) return true;
+  if (plan_.equal_radii) return false;
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const std::size_t entries = is_main(record) ? listed : 0;
+  if (entries + cell_recovered_.size() <= longest_unsplit_list) return false;
+  // Worth it if many are small against the cell: the others stay in every child's list.
+  std::size_t small = 0;
+  const auto limit = static_cast<float>(size) * unit;
+  for (std::size_t i = 0; i < entries; ++i) small += cell_.reach[i] < limit ? 1 : 0;
+  for (const RecoveredParticle& r : cell_recovered_) {
+    small += 1.0f / r.inverse_radius < static_cast<float>(size) ? 1 : 0;
+  }
+  return 2 * small > entries + cell_recovered_.size();
+}
+
+void TileBuilder::divide(SurfacePiece& piece, const Pending& split, std::size_t in_tile, std::vector<Pending>& splits) {
+  const std::size_t first = piece.cells.size();
+  piece.cells.resize(first + 8);
+  piece.cells[split.record] = {};
+  piece.cells[split.record].kind = SurfaceCellKind::split;
+  piece.cells[split.record].list = static_cast<std::uint32_t>(first);
+  const float half = 0.5f * split.half;
+  const double size = 2.0 * static_cast<double>(half) / plan_.units_per_grid;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Vec3 center =
+        split.center + Vec3{(i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half};
+    SurfaceCell record;
+    const std::size_t listed = regather(center, half, in_tile);
+    examine(center, half, listed, tile_recovered_, record);
+    if (record.kind == SurfaceCellKind::near) {
+      if (split.depth + 1 < deepest_split && wants_split(record, size, listed)) {
+        splits.push_back({first + i, center, half, split.depth + 1});
+      } else {
+        finish_leaf(piece, record, center, listed);
+      }
+    }
+    piece.cells[first + i] = record;
+  }
+}
+
+void TileBuilder::finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed) {
+  ++piece.near_leaves;
+  if (is_main(record)) {
+    const std::size_t blocks = (listed + 15) / 16;
+    if (blocks > std::numeric_limits<std::uint16_t>::max()) {
+      throw Error("too many particles overlap one place: the neighbourhood order or the radii are too large");
+    }
+    record.list_blocks = static_cast<std::uint16_t>(blocks);
+    piece.list_entries += listed;
+    if (plan_.equal_radii) {
+      record.list = static_cast<std::uint32_t>(piece.packed.size() / packed_stride);
+      write_packed(piece, center, listed, blocks);
+    } else {
+      record.list = static_cast<std::uint32_t>(piece.wide.size() / wide_stride);
+      write_wide(piece, center, listed, blocks);
+    }
+  }
+  if (!cell_recovered_.empty()) {
+    const std::size_t blocks = (cell_recovered_.size() + 15) / 16;
+    if (blocks > std::numeric_limits<std::uint16_t>::max()) {
+      throw Error("too many lone particles overlap one place: the radii are too large");
+    }
+    record.recovered_blocks = static_cast<std::uint16_t>(blocks);
+    if (plan_.equal_radii) {
+      record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride);
+      write_packed_recovered(piece, center, blocks);
+    } else {
+      record.recovered = static_cast<std::uint32_t>(piece.wide_recovered.size() / wide_recovered_stride);
+      write_wide_recovered(piece, center, blocks);
+    }
+  }
+}
+
+void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks) {
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const float shift = static_cast<float>(plan_.bias) + 0.5f * unit + 0.5f;  // to the nearest
+  const std::size_t first = piece.packed_recovered.size();
+  piece.packed_recovered.resize(first + blocks * packed_recovered_stride, 65535);
+  for (std::size_t i = 0; i < blocks * 16; ++i) {
+    std::uint16_t* out = piece.packed_recovered.data() + first + i / 16 * packed_recovered_stride + i % 16;
+    out[48] = 0;
+    if (i >= cell_recovered_.size()) continue;
+    const RecoveredParticle& r = cell_recovered_[i];
+    out[0] = static_cast<std::uint16_t>(r.x * unit - center.x + shift);
+    out[16] = static_cast<std::uint16_t>(r.y * unit - center.y + shift);
+    out[32] = static_cast<std::uint16_t>(r.z * unit - center.z + shift);
+    out[48] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
+  }
+}
+
+void TileBuilder::write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks) {
+  const std::size_t first = piece.wide_recovered.size();
+  piece.wide_recovered.resize(first + blocks * wide_recovered_stride, 1e9f);
+  for (std::size_t i = 0; i < blocks * 16; ++i) {
+    float* out = piece.wide_recovered.data() + first + i / 16 * wide_recovered_stride + i % 16;
+    out[48] = 1.0f;
+    out[64] = 0.0f;
+    if (i >= cell_recovered_.size()) continue;
+    const RecoveredParticle& r = cell_recovered_[i];
+    out[0] = r.x - center.x;
+    out[16] = r.y - center.y;
+    out[32] = r.z - center.z;
+    out[48] = r.inverse_radius;
+    out[64] = r.weight * recover_threshold_;
+  }
+}
+
+void TileBuilder::write_packed(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks) {
+  // The lists of all levels have the origin that the field's code expects: half a top cell below the leaf's centre.
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const float shift = static_cast<float>(plan_.bias) + 0.5f * unit;
+  const std::size_t first = piece.packed.size();
+  piece.packed.resize(first + blocks * packed_stride);
+  const float* coordinates[3] = {cell_.x.data(), cell_.y.data(), cell_.z.data()};
+  for (int a = 0; a < 3; ++a) {
+    const float offset = shift - center[a];
+    for (std::size_t block = 0; block < blocks; ++block) {
+      std::uint16_t* out = piece.packed.data() + first + block * packed_stride + static_cast<std::size_t>(a) * 16;
+      const float* in = coordinates[a] + block * 16;
+      // Lanes past the last particle are far away; they must not be converted.
+      const std::size_t used = std::min<std::size_t>(16, listed - block * 16);
+      for (std::size_t i = 0; i < used; ++i) out[i] = static_cast<std::uint16_t>(static_cast<int>(in[i] + offset));
+      for (std::size_t i = used; i < 16; ++i) out[i] = 65535;
+    }
+  }
+}
+
+void TileBuilder::write_wide(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks) {
+  const std::size_t first = piece.wide.size();
+  piece.wide.resize(first + blocks * wide_stride, 1e9f);
+  float* out = piece.wide.data() + first;
+  for (std::size_t i = 0; i < blocks * 16; ++i) {
+    float* block = out + i / 16 * wide_stride + i % 16;
+    if (i < listed) {
+      block[0] = cell_.x[i] - center.x;
+      block[16] = cell_.y[i] - center.y;
+      block[32] = cell_.z[i] - center.z;
+    }
+    block[48] = i < listed ? plan_.frame.support / cell_.reach[i] : 1.0f;
+  }
+}
+
+}  // namespace embrun

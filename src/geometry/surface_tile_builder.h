@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/cell_model.h"
+#include "geometry/cell_words.h"
+#include "geometry/implicit_surface.h"
+#include "geometry/particle_blocks.h"
+#include "geometry/surface_grid.h"
+#include "geometry/surface_model.h"
+
+namespace embrun {
+
+struct RecoveredSource {
+  Vec3d position;        ///< grid units
+  float inverse_radius;  ///< 1/b'
+  float weight;          ///< w / T'
+};
+
+/// A recovered particle near some box: grid units, relative to the tile's corner.
+struct RecoveredParticle {
+  float x, y, z;
+  float inverse_radius, weight;
+};
+
+/// Records and lists of one piece of tiles, with offsets from its own beginnings.
+struct SurfacePiece {
+  std::vector<SurfaceCell> cells;
+  std::vector<std::uint16_t> packed, packed_recovered;
+  std::vector<float> wide, wide_recovered;
+  std::uint64_t list_entries = 0;
+  std::uint64_t near_leaves = 0;
+};
+
+/// Growing arrays of particles with room for a few more, reused from box to box.
+struct ParticleScratch {
+  std::vector<float> x, y, z, reach;
+
+  ParticleArrays arrays() { return {x.data(), y.data(), z.data(), reach.data()}; }
+  ParticleArrays with_room(std::size_t count) {
+    if (x.size() < count + 32) {
+      const std::size_t size = 2 * count + 64;
+      x.resize(size);
+      y.resize(size);
+      z.resize(size);
+      reach.resize(size);
+    }
+    return arrays();
+  }
+};
+
+/// Builds the cells of one tile after the other; one for each running task. What it is given must outlive it.
+class TileBuilder {
+ public:
+  TileBuilder(const GridPlan& plan, const SortedLattice& sorted, std::span<const Vec3> positions,
+              std::span<const float> radii, const ParticleBlocks& blocks, const SurfaceModel& model,
+              const ParticleBlocks& recovered_blocks, std::span<const RecoveredSource> recovered);
+
+  /// Appends the records and lists of the tile at (tx, ty, tz) to the piece and fills `tile` in, whose first cell counts
+  /// from the piece's beginning. Throws Error when a list is too long.
+  void build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile& tile);
+
+ private:
+  struct Pending {
+    std::size_t record;
+    Vec3 center;
+    float half;
+    int depth;
+  };
+
+  Vec3 cell_center(int cell) const;
+  /// The particles of the tile and of the cells within reach of it, relative to the tile's corner.
+  std::size_t take_from_lattice();
+  /// Scene box of the tile.
+  void scene_box(Vec3& low, Vec3& high) const;
+  std::size_t take_from_blocks();
+  float grid_coordinate(float v, int axis) const;
+  /// Recovered particles felt in the tile: grid units, relative to the tile's corner.
+  void take_recovered();
+  /// Those of `from` that are felt in the box center +- half (grid units); returns the most they can sum to there.
+  float take_box_recovered(const std::vector<RecoveredParticle>& from, Vec3 center, float half,
+                           std::vector<RecoveredParticle>& to) const;
+  void examine_top_cell(int index, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile);
+  /// Decides about the cell whose particles are in cell_, the recovered ones of `from` taken into account: they are
+  /// left in cell_recovered_; none when they cannot reach their threshold in the cell. A
+  /// cell that only those reach gets a quadratic of -1 without slack.
+  void examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
+               SurfaceCell& record);
+  /// The particles felt in a box into cell_, from the tile's.
+  std::size_t regather(Vec3 center, float half, std::size_t in_tile);
+  bool is_main(const SurfaceCell& record) const;
+  bool wants_split(const SurfaceCell& record, double size, std::size_t listed);
+  void divide(SurfacePiece& piece, const Pending& split, std::size_t in_tile, std::vector<Pending>& splits);
+  /// Writes the lists of a near leaf whose particles are in cell_ and cell_recovered_.
+  void finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed);
+  void write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks);
+  void write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks);
+  void write_packed(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks);
+  void write_wide(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks);
+
+  const GridPlan& plan_;
+  const SortedLattice& sorted_;
+  std::span<const Vec3> positions_;
+  std::span<const float> radii_;
+  const ParticleBlocks& blocks_;
+  float influence_factor_, recover_threshold_;
+  const ParticleBlocks& recovered_blocks_;
+  std::span<const RecoveredSource> recovered_;
+  const CellModelLoops& loops_;
+  int corner_[3] = {0, 0, 0};
+  ParticleScratch all_, tile_, brick_, cell_, nearer_;
+  std::vector<std::uint32_t> near_;
+  std::vector<RecoveredParticle> tile_recovered_, brick_recovered_, cell_recovered_;
+  SurfaceCell records_[tile_cells];
+};
+
+}  // namespace embrun
