@@ -4,6 +4,13 @@
 
 namespace embrun {
 
+/// Whether a ray that starts in the box, at `start`, came in so little before that rounding may have put it there: what
+/// stands at a face outside, as a floor does, is left within the box by the last digits of a hit's position.
+EMBRUN_FN bool starts_at_face(const Ray& ray, const BoxSpan& span, Vec3 start) {
+  const float depth = (ray.t_min - span.enter) * fabsf(ray.direction[span.enter_axis]);
+  return depth <= 3e-5f * max_of(fabsf(start.x), max_of(fabsf(start.y), fabsf(start.z)));
+}
+
 /// The intersection of a closed body with a box, whose faces close it where they cut through it: a fluid
 /// in its container. `Body` has
 ///   bool intersect(const Ray&, Side, SurfaceHit&) const;   // first crossing with t in (t_min, t_max)
@@ -41,6 +48,9 @@ EMBRUN_LOCAL_FN bool intersect_clipped(const Body& body, const Box3& box, const 
       return true;
     }
     inner.t_min = span.enter;
+  } else if (const Vec3 start = ray.at(ray.t_min); starts_at_face(ray, span, start) && body.contains(start)) {
+    fill_box_face(box, ray, ray.t_min, span.enter_axis, true, hit);
+    return true;
   }
   return body.intersect(inner, Side::outside, hit);
 }
