@@ -138,7 +138,8 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       // there and Newton's steps lead to it (fill_hit takes the last ones).
       const bool monotone = f.slope > 2.0f * max_of(f.up, f.down) * max_of(f.t - low, sure - f.t);
       if (width <= tolerance || monotone) {
-        t_hit = newton > low && newton < sure ? newton : 0.5f * (low + sure);
+        // F is at 0 or above at `low` already where Newton's step leads back beyond it.
+        t_hit = newton < sure ? max_of(newton, low) : 0.5f * (low + sure);
         return t_hit <= high;
       }
       // A crossing is in (low, sure]. Newton, unless it leaves the bracket or has stopped gaining.

@@ -109,6 +109,25 @@ std::vector<Case> cases() {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Tracers, testing::ValuesIn(cases()), name_of_case);
 
+// From inside, through the end of the main field into a recovered particle, out of which the ray comes where the main
+// field has been under its threshold for long. Steps of the search from there led back to the end of the main field.
+TEST(FastTracer, LeavesTheRecoveredFieldBehindTheMainOne) {
+  OracleScene scene = make_scene("sheets", 3, 1);
+  scene.settings.kernel = Kernel::zhu_bridson;
+  const oracle::Surface surface =
+      oracle_surface(scene, resolve_surface_model(scene.positions, scene.radii, scene.settings));
+  TestRay test;
+  test.side = Side::inside;
+  test.ray.origin = {0x1.2cfb8ep-2f, 0x1.174b7ep-1f, -0x1.b7e9dp-7f};
+  test.ray.direction = {0x1.3bd862p-1f, -0x1.4b48a2p-1f, 0x1.cadac4p-2f};
+  test.ray.clearance = {0.00771301f, 0, 0};
+  for (const Tracer& tracer : make_fast_tracers(scene.positions, scene.radii, scene.settings)) {
+    SurfaceHit hit;
+    ASSERT_TRUE(tracer.intersect(test.ray, test.side, hit));
+    EXPECT_EQ(judge_rays(scene, surface, tracer.intersect, {test}).wrong_count(), 0u) << hit.t;
+  }
+}
+
 TEST(ThesisTracer, FindsTheFirstCrossingsThatItsStepsAllow) {
   // It samples at most R0/2 apart, so it may pass shallow penetrations: 2 in 100 here, none of them a camera ray's that
   // goes deep. The fast tracer is held to nothing.
