@@ -17,7 +17,7 @@ double smooth_step(double low, double high, double x) {
   return t * t * (3 - 2 * t);
 }
 
-/// Air mass towards the sun: 1 at the zenith, 37 at the horizon [Kasten1966].
+/// Air mass towards the sun: 1 at the zenith, 37 at the horizon [Kasten1965].
 double sun_air_mass(double cos_zenith_angle) {
   const double cosine = std::fmax(cos_zenith_angle, 0.0);
   const double degrees = std::acos(std::fmin(cosine, 1.0)) * (180 / pi_d);
