@@ -66,6 +66,7 @@ struct RenderOptions {
   double ior = 1.33;
   std::optional<Color> absorption;                 ///< default: that of clear water
   std::string environment = "sky";                 ///< sky, studio, white, or a latitude-longitude picture file
+  std::optional<double> sun;                       ///< diameter of the sky's sun in degrees, 0: none; default 26
   std::string floor = "plain";                     ///< none, plain, checker
   std::optional<double> floor_height;              ///< default: cuts through the lowest layer of particles
   std::optional<std::array<double, 6>> container;  ///< x0, y0, z0, x1, y1, z1

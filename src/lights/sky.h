@@ -9,7 +9,8 @@ namespace embrun {
 struct SkySettings {
   float sun_elevation = 42;         ///< degrees above the horizon, 0 to 90
   float sun_azimuth = 120;          ///< degrees anticlockwise from above; 0 is the viewer's side, 90 the right
-  float sun_diameter = 26;          ///< degrees, in (0, 90]: full width of the hazy glow that stands for the sun
+  float sun_diameter = 26;          ///< degrees, in (0, 90]: full width of the hazy glow that stands for the sun, or,
+                                    ///< below smallest_soft_sun, of a uniform disk (the real sun's is 0.53)
   float sun_irradiance = 1.2f;      ///< luminance, on a plane that faces the sun; 0: no sun
   float sky_irradiance = 1.6f;      ///< luminance, on a horizontal plane, from the sky without the sun; above 0
   float turbidity = 1.4f;           ///< haze, 1 (pure air) to 10
@@ -17,6 +18,9 @@ struct SkySettings {
 
   bool operator==(const SkySettings&) const = default;
 };
+
+/// A smaller sun than this, in degrees, is rendered as a distant light of its own: a disk with a sharp edge.
+inline constexpr float smallest_soft_sun = 5;
 
 /// A clear sky from the scattering of air and haze, with a soft sun that fades to nothing at `sun_diameter`, above a
 /// diffuse ground that fades into the horizon. With `include_sun == false` the sun is left out, for those who add it as

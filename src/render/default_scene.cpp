@@ -99,6 +99,10 @@ EnvironmentDescription make_environment(const RenderOptions& options, std::vecto
   if (options.environment == "white") return environment;
   if (options.environment == "sky" || options.environment == "studio") {
     environment.kind = options.environment == "sky" ? Kind::sky : Kind::studio;
+    if (options.sun == 0.0)
+      environment.sky.sun_irradiance = 0;
+    else if (options.sun)
+      environment.sky.sun_diameter = static_cast<float>(*options.sun);
     return environment;
   }
   environment.kind = Kind::image;

@@ -121,6 +121,10 @@ void check_options(const RenderOptions& o) {
   if (o.floor_height && !std::isfinite(*o.floor_height)) throw Error("the floor's height is not finite");
   if (!(std::abs(o.exposure) <= 100))
     throw Error(fmt::format("exposure {}: it must lie within -100 and 100 stops", o.exposure));
+  if (o.sun && !(*o.sun >= 0 && *o.sun <= 90))
+    throw Error(fmt::format("sun of {} degrees: give up to 90, or 0 for none", *o.sun));
+  if (o.sun && o.environment != "sky")
+    throw Error(fmt::format("a sun in environment \"{}\": only the sky has one", o.environment));
   if (o.camera_to && !o.camera_from) throw Error("a camera target without a place: give where the camera is, too");
   // Everything else is checked as part of a scene: here, of one with a particle.
   MeasuredParticles one;
@@ -128,6 +132,7 @@ void check_options(const RenderOptions& o) {
   one.radius.radius = o.radius.value_or(1);
   RenderOptions plain = o;
   plain.environment = "white";
+  plain.sun.reset();
   plain.meshes.clear();
   std::vector<std::string> notes;
   validate(make_scene(one, plain, notes));

@@ -424,13 +424,25 @@ class Compiler {
                                 light.two_sided);
   }
 
+  /// The picture of a sky is too coarse for a small sun, which becomes a light of its own.
+  void add_sky(const EnvironmentDescription& environment) {
+    SkySettings sky = environment.sky;
+    const bool apart = sky.sun_irradiance > 0 && sky.sun_diameter < smallest_soft_sun;
+    flat_.environment = make_sky(sky, 768, 384, !apart);
+    if (!apart) return;
+    sky.sun_azimuth += static_cast<float>(environment.turn);
+    flat_.lights.add(make_distant_light(sun_direction(sky, scene_.up),
+                                        0.5f * sky.sun_diameter * static_cast<float>(M_PI / 180),
+                                        sun_radiance(environment.sky)));
+  }
+
   void add_environment() {
     using Kind = EnvironmentDescription::Kind;
     const EnvironmentDescription& environment = scene_.environment;
     switch (environment.kind) {
       case Kind::none: return;
       case Kind::constant: flat_.lights.set_constant_environment(environment.constant); return;
-      case Kind::sky: flat_.environment = make_sky(environment.sky); break;
+      case Kind::sky: add_sky(environment); break;
       case Kind::studio: flat_.environment = make_studio(); break;
       case Kind::image:
         if (environment.image.channels != 3) throw Error("environment: the picture must have 3 channels");

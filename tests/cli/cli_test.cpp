@@ -171,6 +171,9 @@ TEST_F(Cli, EveryOptionIsTaken) {
                            "--absorption 1,2,3",
                            "--env studio",
                            "--env white",
+                           "--sun off",
+                           "--sun 0.53",
+                           "--sun 10 --env sky",
                            "--floor none",
                            "--floor checker",
                            "--up z",
@@ -244,6 +247,9 @@ TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz -o x.png --container 0,0,0,1,1", 2, "6 finite numbers");
   expect_refused("render water.xyz -o x.png --container 1,1,1,0,0,0", 2, "container");
   expect_refused("render water.xyz -o x.png --up x", 2, "up axis \"x\"");
+  expect_refused("render water.xyz -o x.png --sun -1", 2, "sun of -1 degrees");
+  expect_refused("render water.xyz -o x.png --sun bright", 2, "--sun");
+  expect_refused("render water.xyz -o x.png --sun 1 --env white", 2, "only the sky has one");
   expect_refused("render water.xyz -o x.png --floor wood", 2, "none, plain, checker");
   expect_refused("render water.xyz -o x.png --max-depth 100000", 2, "depth 100000");
   expect_refused("render water.xyz -o x.png --threads -1", 2, "-1 threads");

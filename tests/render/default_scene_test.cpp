@@ -177,6 +177,48 @@ TEST(DefaultScene, OptionsReachTheScene) {
   EXPECT_EQ(scene.integrator.max_refractions, 2);
 }
 
+// The sun's light is the same whatever its size: on a level floor, the sky's own irradiance and sin(42 degrees) of the
+// sun's; towards a disk of the real sun's size the radiance is E / (pi sin^2(radius)).
+TEST(DefaultScene, TheSunHasTheSizeThatIsAskedFor) {
+  constexpr double degree = 3.14159265358979 / 180;
+  const auto compiled = [](std::optional<double> sun) {
+    RenderOptions options;
+    options.sun = sun;
+    return compile(scene_of(block_of_water(), options));
+  };
+  // Irradiance of a level floor from the scene's lights, by their own sampling, and radiance towards the sun.
+  const auto irradiance = [](const FlatScene& scene) {
+    const LightSet lights = scene.lights.view();
+    constexpr int side = 200;
+    double sum = 0;
+    for (int i = 0; i < 8 * side * side; ++i) {
+      const Sample2 u{(static_cast<float>(i / 8 % side) + 0.5f) / side,
+                      (static_cast<float>(i / 8 / side) + 0.5f) / side};
+      const double choice = std::fmod(i * 0.6180339887498949, 1.0);  // evenly spread for any share of the lights
+      const LightSample light = sample_lights(lights, {}, static_cast<float>(choice), u);
+      if (light.valid && light.direction.y > 0)
+        sum += static_cast<double>(luminance(light.radiance) * light.direction.y / light.pdf);
+    }
+    return sum / (8 * side * side);
+  };
+  const auto towards_sun = [](const FlatScene& scene) {
+    const double azimuth = SkySettings{}.sun_azimuth * degree, height = SkySettings{}.sun_elevation * degree;
+    // Azimuth 0 is the viewer's side (+z), 90 the right (+x).
+    const Vec3d d{std::cos(height) * std::sin(azimuth), std::sin(height), std::cos(height) * std::cos(azimuth)};
+    return static_cast<double>(luminance(escaped_light(scene.lights.view(), to_float(d)).radiance));
+  };
+  const SkySettings sky;
+  const double sun_on_floor = sky.sun_irradiance * std::sin(sky.sun_elevation * degree);
+  const FlatScene none = compiled(0.0), soft = compiled({}), disk = compiled(0.53);
+  EXPECT_NEAR(irradiance(none), sky.sky_irradiance, 0.02);
+  EXPECT_NEAR(irradiance(soft), sky.sky_irradiance + sun_on_floor, 0.03);
+  EXPECT_NEAR(irradiance(disk), sky.sky_irradiance + sun_on_floor, 0.03);
+  const double sine = std::sin(0.265 * degree);
+  EXPECT_NEAR(towards_sun(disk), sky.sun_irradiance / (3.14159265358979 * sine * sine), 20);  // of 17,857
+  EXPECT_LT(towards_sun(soft), 100);
+  EXPECT_LT(towards_sun(none), 5);
+}
+
 TEST(DefaultScene, ASingleParticleIsADrop) {
   ParticleSet set;
   set.positions = {{3, 4, 5}};
