@@ -8,6 +8,7 @@
 
 #include "image/image.h"
 #include "image/tone_curve.h"
+#include "io/image_read.h"
 
 /// The image formats one by one, on bytes in memory: what image_read.cpp and image_write.cpp choose from.
 namespace embrun {
@@ -27,8 +28,8 @@ Image decode_exr(Bytes bytes, const std::string& file, const std::string& layer)
 ImageLayers decode_exr_layers(Bytes bytes, const std::string& file, ImageMetadata* metadata);
 Image decode_hdr(Bytes bytes, const std::string& file);
 Image decode_pfm(Bytes bytes, const std::string& file);
-Image decode_png(Bytes bytes, const std::string& file);
-Image decode_jpeg(Bytes bytes, const std::string& file);
+Image decode_png(Bytes bytes, const std::string& file, PixelEncoding encoding = PixelEncoding::srgb);
+Image decode_jpeg(Bytes bytes, const std::string& file, PixelEncoding encoding = PixelEncoding::srgb);
 
 // Writers. encode_hdr and encode_pfm take 1 or 3 channels.
 std::vector<std::byte> encode_exr(const ImageLayers& picture, bool half, const ImageMetadata& metadata);

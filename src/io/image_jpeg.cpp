@@ -90,7 +90,7 @@ struct JpegGuard {
 
 }  // namespace
 
-Image decode_jpeg(Bytes bytes, const std::string& file) {
+Image decode_jpeg(Bytes bytes, const std::string& file, PixelEncoding encoding) {
   JpegJob job;
   const JpegGuard guard{job};
   if (!start(job, bytes)) {
@@ -110,7 +110,8 @@ Image decode_jpeg(Bytes bytes, const std::string& file) {
     fail_image(file, std::string("bad JPEG file: ") + job.message);
   }
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    image.pixels[i] = srgb_decode(static_cast<float>(pixels[i]) / 255.0f);
+    const float value = static_cast<float>(pixels[i]) / 255.0f;
+    image.pixels[i] = encoding == PixelEncoding::srgb ? srgb_decode(value) : value;
   }
   return image;
 }

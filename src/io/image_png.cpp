@@ -156,14 +156,16 @@ bool read_rows(ReadJob& job, png_bytep pixels) {
       file, std::string("bad PNG file: ") + (job.errors.message[0] != '\0' ? job.errors.message : "not enough memory"));
 }
 
-/// sRGB samples of 8 or 16 bits (big endian), 1 to 4 channels, to linear grey or RGB over black.
-Image to_linear(const std::vector<std::uint8_t>& raw, int width, int height, std::size_t channels, bool wide) {
+/// Samples of 8 or 16 bits (big endian), 1 to 4 channels, to grey or RGB over black.
+Image to_linear(const std::vector<std::uint8_t>& raw, int width, int height, std::size_t channels, bool wide,
+                PixelEncoding encoding) {
   const bool has_alpha = channels % 2 == 0;
   const std::size_t colours = has_alpha ? channels - 1 : channels;
   Image image = make_image(width, height, static_cast<int>(colours));
+  const auto decode = [&](float v) { return encoding == PixelEncoding::srgb ? srgb_decode(v) : v; };
   float decoded[256];
   for (int i = 0; i < 256; ++i) {
-    decoded[i] = srgb_decode(static_cast<float>(i) / 255.0f);
+    decoded[i] = decode(static_cast<float>(i) / 255.0f);
   }
   const auto value = [&](std::size_t i) {
     return wide ? static_cast<float>(raw[2 * i] << 8 | raw[2 * i + 1]) / 65535.0f : static_cast<float>(raw[i]) / 255.0f;
@@ -172,7 +174,7 @@ Image to_linear(const std::vector<std::uint8_t>& raw, int width, int height, std
     const float alpha = has_alpha ? value(p * channels + colours) : 1.0f;
     for (std::size_t c = 0; c < colours; ++c) {
       const std::size_t i = p * channels + c;
-      image.pixels[p * colours + c] = alpha * (wide ? srgb_decode(value(i)) : decoded[raw[i]]);
+      image.pixels[p * colours + c] = alpha * (wide ? decode(value(i)) : decoded[raw[i]]);
     }
   }
   return image;
@@ -209,7 +211,7 @@ std::vector<std::byte> encode_png(const DisplayImage& image, bool srgb, const Im
   return std::move(job.out);
 }
 
-Image decode_png(Bytes bytes, const std::string& file) {
+Image decode_png(Bytes bytes, const std::string& file, PixelEncoding encoding) {
   ReadJob job(bytes);
   if (!read_header(job)) {
     fail_png(file, job);
@@ -227,7 +229,8 @@ Image decode_png(Bytes bytes, const std::string& file) {
     fail_png(file, job);
   }
   const bool wide = png_get_bit_depth(job.png, job.info) == 16;
-  return to_linear(raw, static_cast<int>(width), static_cast<int>(height), png_get_channels(job.png, job.info), wide);
+  return to_linear(raw, static_cast<int>(width), static_cast<int>(height), png_get_channels(job.png, job.info), wide,
+                   encoding);
 }
 
 }  // namespace embrun

@@ -35,7 +35,8 @@ void check_image_size(std::int64_t width, std::int64_t height, std::size_t file_
   }
 }
 
-Image read_image(std::span<const std::byte> bytes, const std::string& name, const std::string& layer) {
+Image read_image(std::span<const std::byte> bytes, const std::string& name, const std::string& layer,
+                 PixelEncoding encoding) {
   if (starts_with(bytes, "\x76\x2f\x31\x01")) {
     return decode_exr(bytes, name, layer);
   }
@@ -46,16 +47,16 @@ Image read_image(std::span<const std::byte> bytes, const std::string& name, cons
     return decode_pfm(bytes, name);
   }
   if (starts_with(bytes, "\x89PNG")) {
-    return decode_png(bytes, name);
+    return decode_png(bytes, name, encoding);
   }
   if (starts_with(bytes, "\xff\xd8\xff")) {
-    return decode_jpeg(bytes, name);
+    return decode_jpeg(bytes, name, encoding);
   }
   fail_image(name, "not a picture that can be read: none of EXR, HDR, PFM, PNG, JPEG by its first bytes");
 }
 
-Image read_image(const std::filesystem::path& path, const std::string& layer) {
-  return read_image(read_file_bytes(path.string()), path.string(), layer);
+Image read_image(const std::filesystem::path& path, const std::string& layer, PixelEncoding encoding) {
+  return read_image(read_file_bytes(path.string()), path.string(), layer, encoding);
 }
 
 ImageLayers read_exr_layers(std::span<const std::byte> bytes, const std::string& name, ImageMetadata* metadata) {

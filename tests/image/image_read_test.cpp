@@ -82,6 +82,16 @@ TEST(ImageRead, JpegColourProgressiveAndGrey) {
   EXPECT_NEAR(grey.at(10, 7), linear(160), 4 * 2.28f / 255.0f);
 }
 
+// Numbers that are no colours come as they are.
+TEST(ImageRead, RawValuesAreNotDecoded) {
+  const Image png = read_image(fixture("ramp8.png"), "", PixelEncoding::raw);
+  EXPECT_NEAR(png.at(3, 0, 0), 90 / 255.0, 1e-6);
+  const Image wide = read_image(fixture("grey16.png"), "", PixelEncoding::raw);
+  EXPECT_NEAR(wide.at(2, 1), 17000 / 65535.0, 1e-6);
+  const Image jpeg = read_image(fixture("grey.jpg"), "", PixelEncoding::raw);
+  EXPECT_NEAR(jpeg.at(10, 7), 160 / 255.0, 4 / 255.0);
+}
+
 TEST(ImageRead, JpegInFourColoursIsRefused) {
   try {
     (void)read_image(fixture("cmyk.jpg"));

@@ -4,6 +4,7 @@
 #include "geometry/ball_set.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
+#include "geometry/surface_coordinates.h"
 #include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
 
@@ -41,6 +42,9 @@ struct DeviceIntersector {
       hit.fluid = -1;
       hit.solid = 1;
       hit.media_class = 2;
+      const SurfaceCoordinates coordinates = ball_coordinates(hit.surface.geometric_normal);
+      hit.uv = coordinates.uv;
+      hit.tangent = coordinates.tangent;
       found = true;
     }
     return found;
