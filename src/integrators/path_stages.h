@@ -340,7 +340,8 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   path.throughput *= next.weight;
   path.scatter_pdf = next.specular ? 0.0f : next.pdf;
   path.left_medium = false;
-  note_event(scene.settings, path, next.specular, next.transmitted);
+  // Straight shadow rays cross smooth interfaces alone.
+  note_event(scene.settings, path, next.specular, next.transmitted && bsdf.kind == BsdfKind::dielectric);
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
@@ -373,12 +374,14 @@ EMBRUN_LOCAL_FN Rgb cross_in_shadow(const PathScene& scene, const ShadowRay& sha
   if (relative_index == 1.0f && (hole || is_interface(material.kind))) return grey(1.0f);
   const Rgb factor = grey(radiance_factor(scene, here, beyond));
   if (hole || (shadow.straight && is_interface(material.kind))) return factor;
-  if (!scene.settings.straight_shadows || !is_interface(material.kind)) return {};
+  // Rough ones are lit by light samples of their own.
+  if (!scene.settings.straight_shadows || material.kind != BsdfKind::dielectric) return {};
   const float cosine = fabsf(dot(shadow.ray.direction, hit.surface.shading_normal));
   const float through = 1.0f - fresnel_dielectric(min_of(cosine, 1.0f), relative_index).reflectance;
   const float weight = crossed ? 1.0f : 1.0f / shadow.weight;
   crossed = true;
-  return factor * (through * weight);
+  const Rgb tint = material.parameters ? material.constants.specular_transmittance : grey(1.0f);
+  return factor * tint * (through * weight);
 }
 
 /// What gets through of a shadow ray's light: 0 behind anything opaque or refracting (unless interfaces are crossed straight

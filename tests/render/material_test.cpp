@@ -238,6 +238,21 @@ TEST_P(MaterialStrategies, Agree) {
   EXPECT_EQ(mis.bad, 0u);
 }
 
+// Shadow rays that go straight through smooth interfaces count nothing twice, and lose nothing, where there are others: a
+// sheet of glass and rough glass let light through in their own ways.
+TEST(Materials, StraightShadowRaysKeepToSmoothInterfaces) {
+  SceneDescription sheet = lit_ball(diffuse_material(grey(0.5f)), diffuse_material(grey(0.6f)));
+  sheet.patches.push_back(patch({0, 1.4, 0}, {1, 0, 0}, {0, 0, -1}, 1.5, thin_glass()));
+  const SceneDescription rough = lit_ball(rough_glass(0.3), diffuse_material(grey(0.6f)));
+  for (SceneDescription scene : {sheet, rough}) {
+    const Measured refracted = render_and_measure(scene);
+    scene.integrator.straight_shadows = true;
+    const Measured straight = render_and_measure(scene);
+    EXPECT_NEAR(refracted.mean, straight.mean, 4 * std::hypot(refracted.standard_error, straight.standard_error));
+    EXPECT_LT(straight.standard_error, 0.02 * straight.mean);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, MaterialStrategies,
                          ::testing::Values(NamedMaterial{"plastic", plastic({0.7f, 0.4f, 0.2f})},
                                            NamedMaterial{"rough_glass", rough_glass(0.3)},
