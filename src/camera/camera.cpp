@@ -40,7 +40,7 @@ Camera make_camera(const CameraSettings& settings, int width, int height, Vec3d 
 
   Camera camera;
   camera.eye = to_float(settings.eye - recentring);
-  camera.right = to_float(right);
+  camera.right = to_float(settings.mirrored ? -1.0 * right : right);
   camera.up = to_float(cross(right, forward));
   camera.forward = to_float(forward);
   camera.width = width;

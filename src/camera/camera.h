@@ -65,6 +65,7 @@ struct CameraSettings {
   double focus_distance = 0;  ///< metres along the viewing direction; 0: at the target
   double shutter_open = 0, shutter_close = 0;
   PixelFilter filter;
+  bool mirrored = false;  ///< left and right exchanged
 
   bool operator==(const CameraSettings&) const = default;
 };

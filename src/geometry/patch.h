@@ -6,7 +6,8 @@
 namespace embrun {
 
 /// A flat rectangle: a floor, a wall, the shape of a lamp. `axis_u` and `axis_v` are unit vectors at
-/// right angles, `normal` is cross(axis_u, axis_v), `half_u` and `half_v` may be infinite (a whole plane).
+/// right angles, `normal` is cross(axis_u, axis_v), `half_u` and `half_v` may be infinite (a whole plane). A round one is
+/// the ellipse in the rectangle.
 struct Patch {
   Vec3 center;
   Vec3 axis_u{1, 0, 0};
@@ -14,6 +15,7 @@ struct Patch {
   Vec3 normal{0, 1, 0};
   float half_u = infinity;
   float half_v = infinity;
+  bool round = false;
 };
 
 /// The crossing of the patch with t in (t_min, t_max); false leaves `hit` alone. `entering` says that the
@@ -26,6 +28,7 @@ EMBRUN_FN bool intersect_patch(const Patch& patch, const Ray& ray, SurfaceHit& h
   const Vec3 offset = ray.at(t) - patch.center;
   const float u = dot(offset, patch.axis_u), v = dot(offset, patch.axis_v);
   if (!(fabsf(u) <= patch.half_u && fabsf(v) <= patch.half_v)) return false;
+  if (patch.round && square(u / patch.half_u) + square(v / patch.half_v) > 1.0f) return false;
   hit.t = t;
   hit.position = patch.center + u * patch.axis_u + v * patch.axis_v;
   hit.geometric_normal = hit.shading_normal = patch.normal;

@@ -175,7 +175,7 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
   }
 
   if (hit.light >= 0)
-    add_met_light(scene, path, emissive_mesh_hit(scene.lights, hit.light, ray, t, hit.surface.geometric_normal));
+    add_met_light(scene, path, emissive_shape_hit(scene.lights, hit.light, ray, t, hit.surface.geometric_normal));
   if (path.depth >= scene.settings.max_depth) {
     path.alive = false;
     return Advance::ended;

@@ -15,7 +15,8 @@ enum class LightKind : uint8_t {
   rectangle,
   disk,
   sphere,     ///< emits outwards
-  triangles,  ///< part of a mesh in the scene; hits on it are the scene's, not intersect_area_light's
+  triangles,  ///< of a mesh
+  cylinder,   ///< the side of one, emits outwards
 };
 
 struct LightTriangle {
@@ -24,14 +25,16 @@ struct LightTriangle {
 
 /// One light. Rectangles span position + [0,1] edge_u + [0,1] edge_v (perpendicular edges) and emit to the side of
 /// cross(edge_u, edge_v); disks emit to the side of `normal`; `two_sided` to both. Made by the make_ functions below.
+/// Those that are part of the scene's geometry are met there: intersect_lights leaves them out.
 struct Light {
   LightKind kind = LightKind::environment;
   bool two_sided = false;
+  bool in_scene = false;    ///< the shape is part of the scene's geometry
   Rgb radiance;             ///< emitted, the same in every direction
-  Vec3 position;            ///< corner of a rectangle, centre of a disk or sphere
-  Vec3 edge_u, edge_v;      ///< of a rectangle
+  Vec3 position;            ///< corner of a rectangle, centre of a disk or sphere, start of a cylinder's axis
+  Vec3 edge_u, edge_v;      ///< of a rectangle; edge_u: axis of a cylinder, of its length
   Vec3 normal;              ///< unit: emitting side; of a distant light, the direction towards it
-  float radius = 0;         ///< of a disk or sphere
+  float radius = 0;         ///< of a disk, sphere or cylinder
   float area = 0;           ///< m^2 of emitting surface, one side
   float one_minus_cos = 0;  ///< of a distant light's half angle
   int first_triangle = 0;   ///< into LightSet::triangles
@@ -44,6 +47,8 @@ Light make_distant_light(Vec3 towards, float half_angle, Rgb radiance);
 Light make_rectangle_light(Vec3 corner, Vec3 edge_u, Vec3 edge_v, Rgb radiance, bool two_sided = false);
 Light make_disk_light(Vec3 centre, Vec3 normal, float radius, Rgb radiance, bool two_sided = false);
 Light make_sphere_light(Vec3 centre, float radius, Rgb radiance);
+/// The side from `start` to `start + axis`; always in the scene.
+Light make_cylinder_light(Vec3 start, Vec3 axis, float radius, Rgb radiance);
 
 /// Radiance that a surface of `light` with the given emitting normal sends along -direction (`direction` is the
 /// path's, towards the light).

@@ -57,6 +57,11 @@ EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float
       break;
     }
     case LightKind::sphere: s = sample_sphere_light(light, point, u); break;
+    case LightKind::cylinder: {
+      const Vec3 out = Frame(normalize(light.edge_u)).to_world({cosf(2.0f * pi * u.y), sinf(2.0f * pi * u.y), 0.0f});
+      s = flat_light_sample(light, point, light.position + light.edge_u * u.x + out * light.radius, out);
+      break;
+    }
     case LightKind::triangles: {
       const Distribution1D by_area{set.triangle_cdf + light.first_cdf, light.triangle_count};
       const DiscreteSample pick = sample_discrete(by_area, u.x);
@@ -90,11 +95,12 @@ EMBRUN_LOCAL_FN EscapedLight escaped_light(const LightSet& set, Vec3 direction) 
   return result;
 }
 
-/// Nearest rectangle, disk or sphere light on the ray within its extent. These lights are opaque and belong to no
+/// Nearest light on the ray within its extent that is not part of the scene. These lights are opaque and belong to no
 /// geometry, so every ray has to be tested, shadow rays too.
 EMBRUN_LOCAL_FN LightHit intersect_lights(const LightSet& set, const Ray& ray) {
   LightHit hit;
   for (int i = 0; i < set.count; ++i) {
+    if (set.lights[i].in_scene) continue;
     const EmitterHit found = intersect_area_light(set.lights[i], ray);
     if (!(found.distance < hit.distance)) continue;
     hit.light = i;
@@ -106,8 +112,8 @@ EMBRUN_LOCAL_FN LightHit intersect_lights(const LightSet& set, const Ray& ray) {
   return hit;
 }
 
-/// The same for a hit that the scene's own intersector found on a mesh whose triangles are light `index`.
-EMBRUN_FN LightHit emissive_mesh_hit(const LightSet& set, int index, const Ray& ray, float distance, Vec3 normal) {
+/// The same for a hit that the scene's own intersector found on a shape that is light `index`.
+EMBRUN_FN LightHit emissive_shape_hit(const LightSet& set, int index, const Ray& ray, float distance, Vec3 normal) {
   const Light& light = set.lights[index];
   return {index, distance, emitted_radiance(light, normal, ray.direction),
           probability_of(set.choice, index) * area_light_pdf(light, ray.origin, ray.direction, distance, normal)};

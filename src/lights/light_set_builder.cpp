@@ -34,6 +34,7 @@ double power_of(const Light& light, Rgb environment_mean, double scene_radius) {
     case LightKind::rectangle:
     case LightKind::disk:
     case LightKind::sphere:
+    case LightKind::cylinder:
     case LightKind::triangles: break;
   }
   return M_PI * light.area * luminance(light.radiance) * (light.two_sided ? 2 : 1);
@@ -78,6 +79,14 @@ Light make_sphere_light(Vec3 centre, float radius, Rgb radiance) {
   return light;
 }
 
+Light make_cylinder_light(Vec3 start, Vec3 axis, float radius, Rgb radiance) {
+  Light light = flat_light(LightKind::cylinder, start, {0, 0, 1}, 2 * pi * radius * length(axis), radiance, false);
+  light.edge_u = axis;
+  light.radius = radius;
+  light.in_scene = true;
+  return light;
+}
+
 void LightSetBuilder::set_constant_environment(Rgb radiance) {
   check_radiance(radiance, "constant environment");
   environment_ = {};
@@ -118,6 +127,7 @@ int LightSetBuilder::add_triangles(std::span<const LightTriangle> triangles, Rgb
   if (!(total > 0) || !std::isfinite(total)) throw Error("mesh light: its triangles have no finite area above 0");
 
   Light light = flat_light(LightKind::triangles, {}, {0, 0, 1}, static_cast<float>(total), radiance, two_sided);
+  light.in_scene = true;
   light.first_triangle = static_cast<int>(triangles_.size());
   light.triangle_count = static_cast<int>(triangles.size());
   light.first_cdf = static_cast<int>(triangle_cdf_.size());

@@ -53,6 +53,10 @@ Bounds bounds_of(const SceneDescription& scene) {
   }
   for (const BallsDescription& set : scene.balls)
     for (const BallDescription& ball : set.balls) bounds.include(ball.center, ball.radius);
+  for (const CylinderDescription& cylinder : scene.cylinders) {
+    bounds.include(cylinder.start, cylinder.radius);
+    bounds.include(cylinder.end, cylinder.radius);
+  }
   for (const BoxDescription& box : scene.boxes) {
     bounds.include(box.box.low);
     bounds.include(box.box.high);
@@ -154,6 +158,7 @@ class Compiler {
     add_balls();
     for (const BoxDescription& box : scene_.boxes) add(box);
     for (const PatchDescription& patch : scene_.patches) add(patch);
+    for (const CylinderDescription& cylinder : scene_.cylinders) add(cylinder);
     for (const MeshDescription& mesh : scene_.meshes) add(mesh);
     finish_solids();
     add_density();
@@ -277,12 +282,22 @@ class Compiler {
     return box;
   }
 
+  /// A light that is a shape of the scene.
+  std::int32_t add_shape_light(Light light) {
+    light.in_scene = true;
+    return flat_.lights.add(light);
+  }
+
   /// Sets of one material become one.
   void add_balls() {
     std::vector<bool> taken(scene_.balls.size());
     for (std::size_t i = 0; i < scene_.balls.size(); ++i) {
       if (taken[i]) continue;
       std::vector<Ball> balls;
+      if (!is_black(scene_.balls[i].radiance)) {
+        add_shining(scene_.balls[i]);
+        continue;
+      }
       for (std::size_t j = i; j < scene_.balls.size(); ++j) {
         if (!looks_alike(scene_.balls[j], scene_.balls[i])) continue;
         taken[j] = true;
@@ -293,7 +308,20 @@ class Compiler {
   }
 
   static bool looks_alike(const BallsDescription& a, const BallsDescription& b) {
-    return a.material == b.material && a.pole == b.pole && a.meridian == b.meridian;
+    return a.material == b.material && a.radiance == b.radiance && a.pole == b.pole && a.meridian == b.meridian;
+  }
+
+  /// Each ball is a light of its own.
+  void add_shining(const BallsDescription& set) {
+    BallsDescription alone = set;
+    for (const BallDescription& ball : set.balls) {
+      alone.balls = {ball};
+      std::vector<Ball> balls;
+      collect(alone, balls);
+      if (balls.empty()) continue;
+      add(balls, alone);
+      flat_.instances.back().light = add_shape_light(make_sphere_light(balls[0].center, balls[0].radius, set.radiance));
+    }
   }
 
   void collect(const BallsDescription& set, std::vector<Ball>& balls) const {
@@ -352,8 +380,24 @@ class Compiler {
     patch.normal = to_float(normalize(cross(description.axis_u, description.axis_v)));
     patch.half_u = static_cast<float>(description.half_u);
     patch.half_v = static_cast<float>(description.half_v);
+    patch.round = description.round;
     flat_.patches.push_back(patch);
-    add_instance(GeometryKind::patch, flat_.patches.size() - 1, description.material);
+    Instance& instance = add_instance(GeometryKind::patch, flat_.patches.size() - 1, description.material);
+    if (is_black(description.radiance)) return;
+    const Vec3 u = patch.axis_u * patch.half_u, v = patch.axis_v * patch.half_v;
+    instance.light = add_shape_light(
+        patch.round ? make_disk_light(patch.center, patch.normal, patch.half_u, description.radiance)
+                    : make_rectangle_light(patch.center - u - v, 2.0f * u, 2.0f * v, description.radiance));
+  }
+
+  void add(const CylinderDescription& description) {
+    const Vec3d axis = description.end - description.start;
+    flat_.cylinders.push_back({local(description.start), to_float(normalize(axis)), static_cast<float>(length(axis)),
+                               static_cast<float>(description.radius)});
+    Instance& instance = add_instance(GeometryKind::cylinder, flat_.cylinders.size() - 1, description.material);
+    if (!is_black(description.radiance))
+      instance.light = add_shape_light(make_cylinder_light(
+          local(description.start), to_float(axis), static_cast<float>(description.radius), description.radiance));
   }
 
   void add(const MeshDescription& description) {
@@ -392,7 +436,9 @@ class Compiler {
   std::int32_t add_emitter(const MeshRange& range, const Transform& to_world, Rgb radiance) {
     std::vector<LightTriangle> triangles;
     for (std::uint32_t i = 0; i < range.triangle_count; ++i) {
-      const MeshTriangle& t = flat_.mesh_triangles[range.first_triangle + i];
+      MeshTriangle t = flat_.mesh_triangles[range.first_triangle + i];
+      // A mirror turns the corners round, but not the normal.
+      if (determinant(to_world) < 0) std::swap(t.b, t.c);
       const Vec3 a = to_world.point(flat_.mesh_positions[t.a]);
       triangles.push_back(
           {a, to_world.point(flat_.mesh_positions[t.b]) - a, to_world.point(flat_.mesh_positions[t.c]) - a});
@@ -436,6 +482,12 @@ class Compiler {
                                         sun_radiance(environment.sky)));
   }
 
+  static std::vector<float> scaled_pixels(const EnvironmentDescription& environment) {
+    std::vector<float> pixels = environment.image.pixels;
+    for (float& v : pixels) v *= static_cast<float>(environment.scale);
+    return pixels;
+  }
+
   void add_environment() {
     using Kind = EnvironmentDescription::Kind;
     const EnvironmentDescription& environment = scene_.environment;
@@ -447,7 +499,7 @@ class Compiler {
       case Kind::image:
         if (environment.image.channels != 3) throw Error("environment: the picture must have 3 channels");
         flat_.environment =
-            EnvironmentImage(environment.image.width, environment.image.height, environment.image.pixels);
+            EnvironmentImage(environment.image.width, environment.image.height, scaled_pixels(environment));
         break;
     }
     flat_.lights.set_environment(flat_.environment, scene_.up, static_cast<float>(environment.turn / 360));
@@ -465,6 +517,7 @@ SceneView FlatScene::view() const {
   v.ball_blocks = ball_blocks.data();
   v.boxes = boxes.data();
   v.patches = patches.data();
+  v.cylinders = cylinders.data();
   v.meshes = meshes.data();
   v.mesh_positions = mesh_positions.data();
   v.mesh_normals = mesh_normals.data();

@@ -8,6 +8,7 @@
 #include "geometry/ball.h"
 #include "geometry/ball_set.h"
 #include "geometry/box.h"
+#include "geometry/cylinder.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
 #include "geometry/thesis_tracer.h"
@@ -20,7 +21,7 @@
 
 namespace embrun {
 
-enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, mesh };
+enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, cylinder, mesh };
 
 /// A geometry in its place: everything that a ray meets is found through one of these.
 struct Instance {
@@ -34,7 +35,7 @@ struct Instance {
   std::int8_t solid = -1;        ///< its number in MediaState, or -1: its side is not followed
   std::uint32_t geometry = 0;    ///< index into the array of its kind
   std::uint32_t material = 0;
-  std::int32_t light = -1;  ///< an emitting mesh's light, or -1
+  std::int32_t light = -1;  ///< what it is as a light, or -1
   float offset = 0;         ///< least distance of a new ray's origin from the surface, world metres
 };
 
@@ -75,6 +76,7 @@ struct SceneView {
   const BallBlock* ball_blocks = nullptr;
   const Box3* boxes = nullptr;
   const Patch* patches = nullptr;
+  const Cylinder* cylinders = nullptr;
   const MeshRange* meshes = nullptr;
   const Vec3* mesh_positions = nullptr;
   const Vec3* mesh_normals = nullptr;
@@ -95,6 +97,7 @@ struct FlatScene {
   std::vector<BallBlock> ball_blocks;
   std::vector<Box3> boxes;
   std::vector<Patch> patches;
+  std::vector<Cylinder> cylinders;
   std::vector<MeshRange> meshes;
   std::vector<Vec3> mesh_positions, mesh_normals;
   std::vector<Vec2> mesh_coordinates;

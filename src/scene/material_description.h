@@ -114,6 +114,13 @@ inline bool has_inside(const MaterialDescription& material) {
   return material.kind == BsdfKind::null && !(is_black(material.absorption) && is_black(material.scattering));
 }
 
+/// True for materials that let no light through, and so may have another on their back.
+inline bool is_opaque(const MaterialDescription& material) {
+  using enum BsdfKind;
+  return material.kind == diffuse || material.kind == conductor || material.kind == rough_conductor ||
+         material.kind == plastic || (material.kind == principled && !has_inside(material));
+}
+
 inline MaterialDescription diffuse_material(Rgb reflectance) {
   MaterialDescription material;
   material.reflectance.first = reflectance;

@@ -12,6 +12,13 @@
 
 namespace embrun {
 
+/// The names of the particles' attributes that values per particle are from, or empty.
+struct ParticleMediumSources {
+  std::string density, extinction, albedo, emission, temperature;
+
+  bool operator==(const ParticleMediumSources&) const = default;
+};
+
 /// What the particles of a fluid or a volume do to light: each is a ball that scatters and absorbs. Where balls of one
 /// fluid overlap, scattering and absorption are each averaged; outside every ball there is none.
 ///
@@ -33,6 +40,7 @@ struct ParticleMediumDescription {
   std::vector<Rgb> emission;
   std::vector<float> temperatures;
   double emission_scale = 1;  ///< factor on the glow; with temperatures, the luminance of a black body of 1500 K
+  ParticleMediumSources sources;
 
   bool operator==(const ParticleMediumDescription&) const = default;
 };

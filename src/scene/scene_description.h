@@ -68,6 +68,7 @@ struct BallsDescription {
   MaterialDescription material;
   /// At right angles, of any length: where v is 0 on each ball, and where u is 0 on its equator.
   Vec3d pole{0, 0, 1}, meridian{1, 0, 0};
+  Rgb radiance{};  ///< emitted outwards by each; 0: none
 
   bool operator==(const BallsDescription&) const = default;
 };
@@ -85,8 +86,20 @@ struct PatchDescription {
   Vec3d axis_u{1, 0, 0}, axis_v{0, 0, -1};  ///< at right angles; any length
   double half_u = 1, half_v = 1;            ///< metres; infinite for a whole plane
   MaterialDescription material;
+  bool round = false;  ///< the ellipse in the rectangle
+  Rgb radiance;        ///< emitted, on the side of the normal; 0: none. Needs finite sides, and equal ones if round
 
   bool operator==(const PatchDescription&) const = default;
+};
+
+/// The side of a cylinder, without ends, seen from both sides.
+struct CylinderDescription {
+  Vec3d start, end;  ///< of its axis
+  double radius = 1;
+  MaterialDescription material;
+  Rgb radiance;  ///< emitted outwards; 0: none
+
+  bool operator==(const CylinderDescription&) const = default;
 };
 
 struct MeshDescription {
@@ -96,7 +109,9 @@ struct MeshDescription {
   Rgb radiance;  ///< emitted, on the side of the triangles' normals; 0: none
   /// Where the mesh stands if in several places at once, in place of `placement`.
   std::vector<Placement> copies;
-  std::string file;  ///< where the mesh is from, or empty
+  bool face_normals = false;  ///< normals of the file were left out
+  bool flipped = false;       ///< the file's triangles and normals were turned round
+  std::string file;           ///< where the mesh is from, or empty
 
   bool operator==(const MeshDescription&) const = default;
 };
@@ -124,6 +139,7 @@ struct EnvironmentDescription {
   SkySettings sky;
   Image image;       ///< latitude-longitude, 3 channels, row 0 at the zenith
   double turn = 0;   ///< degrees about the up axis, anticlockwise from above
+  double scale = 1;  ///< factor on the picture's radiance
   std::string file;  ///< where the picture is from, or empty
 
   bool operator==(const EnvironmentDescription&) const = default;
@@ -166,6 +182,7 @@ struct SceneDescription {
   std::vector<BallsDescription> balls;
   std::vector<BoxDescription> boxes;
   std::vector<PatchDescription> patches;
+  std::vector<CylinderDescription> cylinders;
   std::vector<MeshDescription> meshes;
   /// What the textures of the materials show.
   std::vector<PictureDescription> pictures;

@@ -107,12 +107,6 @@ void check_bsdf(const MaterialDescription& material, std::size_t pictures, const
             material.ior);
 }
 
-bool is_opaque(const MaterialDescription& material) {
-  using enum BsdfKind;
-  return material.kind == diffuse || material.kind == conductor || material.kind == rough_conductor ||
-         material.kind == plastic || (material.kind == principled && !has_inside(material));
-}
-
 void check_material(const MaterialDescription& material, std::size_t pictures, const std::string& what) {
   check_bsdf(material, pictures, what);
   require(material.back.size() <= 1, "{}: {} materials for its back; there is one back", what, material.back.size());
@@ -273,6 +267,31 @@ void check_integrator(const IntegratorDescription& settings) {
   require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
 }
 
+void check_patch(const PatchDescription& patch, std::size_t pictures, const std::string& what) {
+  require(finite(patch.center) && finite(patch.axis_u) && finite(patch.axis_v), "{}: a coordinate is not finite", what);
+  require(length(patch.axis_u) > 0 && length(patch.axis_v) > 0 &&
+              std::abs(dot(patch.axis_u, patch.axis_v)) <= 1e-6 * length(patch.axis_u) * length(patch.axis_v),
+          "{}: its axes are not at right angles", what);
+  require(patch.half_u > 0 && patch.half_v > 0, "{}: its half sides {} and {} are not positive", what, patch.half_u,
+          patch.half_v);
+  require(!has_inside(patch.material), "{}: a patch has no inside to refract into", what);
+  check_material(patch.material, pictures, what);
+  check_color(patch.radiance, what + ": radiance", 1e30f);
+  if (is_black(patch.radiance)) return;
+  require(finite(patch.half_u) && finite(patch.half_v), "{}: it shines, so it must not be infinite", what);
+  require(!patch.round || std::abs(patch.half_u - patch.half_v) <= 1e-6 * patch.half_u,
+          "{}: it shines, so it has to be a circle: its half sides are {} and {}", what, patch.half_u, patch.half_v);
+}
+
+void check_cylinder(const CylinderDescription& cylinder, std::size_t pictures, const std::string& what) {
+  require(finite(cylinder.start) && finite(cylinder.end), "{}: a coordinate is not finite", what);
+  require(length(cylinder.end - cylinder.start) > 0, "{}: its two ends are the same point", what);
+  require(cylinder.radius > 0 && finite(cylinder.radius), "{}: its radius {} is not positive", what, cylinder.radius);
+  require(!has_inside(cylinder.material), "{}: it is open, and has no inside to refract into", what);
+  check_material(cylinder.material, pictures, what);
+  check_color(cylinder.radiance, what + ": radiance", 1e30f);
+}
+
 void check_mesh(const MeshDescription& mesh, std::size_t pictures, const std::string& what) {
   require(!mesh.mesh.triangles.empty(), "{}: it has no triangles", what);
   require(mesh.mesh.normals.empty() || mesh.mesh.normals.size() == mesh.mesh.positions.size(),
@@ -309,6 +328,7 @@ void validate(const SceneDescription& scene) {
     require(finite(pole) && finite(meridian) && length(pole) > 0 && length(meridian) > 0 &&
                 std::abs(dot(pole, meridian)) <= 1e-6 * length(pole) * length(meridian),
             "{}: its pole and meridian are not at right angles", what);
+    check_color(scene.balls[i].radiance, what + ": radiance", 1e30f);
     for (const BallDescription& ball : scene.balls[i].balls)
       require(finite(ball.center) && ball.radius >= 0 && finite(ball.radius),
               "{}: a ball of radius {} is negative or not finite", what, ball.radius);
@@ -317,22 +337,14 @@ void validate(const SceneDescription& scene) {
     check_box(scene.boxes[i].box, numbered("box", i));
     check_material(scene.boxes[i].material, pictures, numbered("box", i));
   }
-  for (std::size_t i = 0; i < scene.patches.size(); ++i) {
-    const PatchDescription& patch = scene.patches[i];
-    const std::string what = numbered("patch", i);
-    require(finite(patch.center) && finite(patch.axis_u) && finite(patch.axis_v), "{}: a coordinate is not finite",
-            what);
-    require(length(patch.axis_u) > 0 && length(patch.axis_v) > 0 &&
-                std::abs(dot(patch.axis_u, patch.axis_v)) <= 1e-6 * length(patch.axis_u) * length(patch.axis_v),
-            "{}: its axes are not at right angles", what);
-    require(patch.half_u > 0 && patch.half_v > 0, "{}: its half sides {} and {} are not positive", what, patch.half_u,
-            patch.half_v);
-    require(!has_inside(patch.material), "{}: a patch has no inside to refract into", what);
-    check_material(patch.material, pictures, what);
-  }
+  for (std::size_t i = 0; i < scene.patches.size(); ++i) check_patch(scene.patches[i], pictures, numbered("patch", i));
+  for (std::size_t i = 0; i < scene.cylinders.size(); ++i)
+    check_cylinder(scene.cylinders[i], pictures, numbered("cylinder", i));
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], pictures, numbered("mesh", i));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) check_light(scene.lights[i], numbered("light", i));
   check_color(scene.environment.constant, "environment: radiance", 1e30f);
+  require(scene.environment.scale >= 0 && finite(scene.environment.scale),
+          "environment: scale {} is negative or not finite", scene.environment.scale);
   check_film(scene.film);
   make_camera(scene.camera, scene.film.width, scene.film.height);
   check_integrator(scene.integrator);

@@ -84,6 +84,85 @@ TEST_P(Strategies, ADistantLightHasItsFormFactor) {
   EXPECT_NEAR(m.mean, 0.5 * 3 * std::pow(std::sin(20 * M_PI / 180), 2), 4 * m.standard_error + 1e-4);
 }
 
+// The same factors of shapes of the scene that shine; black ones, so that nothing comes back from them.
+TEST_P(Strategies, ShapesThatShineHaveTheirFormFactors) {
+  const auto floor_under = [](const auto& add) {
+    SceneDescription scene = lit_floor(0.5f, 20000);
+    add(scene);
+    return render_and_measure(scene, GetParam());
+  };
+  const MaterialDescription black = diffuse_material({});
+  const Measured ball = floor_under([&](SceneDescription& scene) {
+    BallsDescription set = balls({{{0, 1, 0}, 0.4}}, black);
+    set.radiance = grey(3);
+    scene.balls.push_back(set);
+  });
+  EXPECT_NEAR(ball.mean, 0.5 * 3 * 0.16, 4 * ball.standard_error + 1e-4);
+  const Measured disk = floor_under([&](SceneDescription& scene) {
+    PatchDescription lamp = patch({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0.75, black);  // x cross z points down
+    lamp.round = true;
+    lamp.radiance = grey(3);
+    scene.patches.push_back(lamp);
+  });
+  EXPECT_NEAR(disk.mean, 0.5 * 3 * 0.5625 / 1.5625, 4 * disk.standard_error + 1e-4);
+  const Measured rectangle = floor_under([&](SceneDescription& scene) {
+    PatchDescription lamp = patch({0, 0.7, 0}, {1, 0, 0}, {0, 0, 1}, 0.5, black);
+    lamp.half_v = 0.3;
+    lamp.radiance = grey(3);
+    scene.patches.push_back(lamp);
+  });
+  EXPECT_NEAR(rectangle.mean, 0.5 * 3 * 4 * corner_factor(0.5 / 0.7, 0.3 / 0.7), 4 * rectangle.standard_error + 1e-4);
+}
+
+// A mesh that a mirror turns over shines to the side of its normal, which the mirror takes along.
+TEST_P(Strategies, AMirroredMeshShinesDown) {
+  SceneDescription scene = lit_floor(0.5f, 20000);
+  MeshDescription lamp;
+  lamp.mesh.positions = {{-0.5f, 0.3f, 0}, {0.5f, 0.3f, 0}, {0.5f, -0.3f, 0}, {-0.5f, -0.3f, 0}};
+  lamp.mesh.triangles = {{{0, 1, 2}}, {{0, 2, 3}}};  // towards -z, which becomes -y
+  lamp.placement = {{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {0, 0.7, 0}};
+  ASSERT_GT(determinant(lamp.placement), 0);
+  lamp.material = diffuse_material({});
+  lamp.radiance = grey(3);
+  scene.meshes.push_back(lamp);
+  const double expected = 0.5 * 3 * 4 * corner_factor(0.5 / 0.7, 0.3 / 0.7);
+  const Measured plain = render_and_measure(scene, GetParam());
+  EXPECT_NEAR(plain.mean, expected, 4 * plain.standard_error + 1e-4);
+  scene.meshes[0].placement.x_axis = {1, 0, 0};
+  ASSERT_LT(determinant(scene.meshes[0].placement), 0);
+  const Measured mirrored = render_and_measure(scene, GetParam());
+  EXPECT_NEAR(mirrored.mean, expected, 4 * mirrored.standard_error + 1e-4);
+}
+
+// The side of a cylinder of radius r whose axis runs at height h along x: the sum over its surface of
+// cos cos' / (pi d^2), of what faces the floor's point.
+TEST_P(Strategies, ACylinderHasItsFormFactor) {
+  const double r = 0.3, h = 0.9, half = 0.6;
+  double factor = 0;
+  constexpr int steps = 800;
+  for (int i = 0; i < steps; ++i) {
+    const double x = half * ((i + 0.5) / steps * 2 - 1);
+    for (int j = 0; j < steps; ++j) {
+      const double angle = (j + 0.5) / steps * 2 * M_PI;
+      const Vec3d normal{0, std::sin(angle), std::cos(angle)};
+      const Vec3d p = Vec3d{x, h, 0} + r * normal;
+      const double distance = length(p), facing = -dot(normal, p) / distance;
+      if (facing > 0) factor += p.y / distance * facing / (M_PI * distance * distance);
+    }
+  }
+  factor *= 2 * half / steps * (2 * M_PI * r / steps);
+  SceneDescription scene = lit_floor(0.5f, 20000);
+  CylinderDescription lamp;
+  lamp.start = {-half, h, 0};
+  lamp.end = {half, h, 0};
+  lamp.radius = r;
+  lamp.material = diffuse_material({});
+  lamp.radiance = grey(3);
+  scene.cylinders.push_back(lamp);
+  const Measured m = render_and_measure(scene, GetParam());
+  EXPECT_NEAR(m.mean, 0.5 * 3 * factor, 4 * m.standard_error + 1e-4);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Strategies,
                          ::testing::Values(LightStrategy::mis, LightStrategy::bsdf_only, LightStrategy::lights_only),
                          [](const auto& test) {

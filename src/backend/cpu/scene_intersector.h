@@ -99,7 +99,8 @@ struct CpuIntersector {
         case GeometryKind::balls: count = in_balls(scene.ball_sets[instance.geometry], own) ? 1 : 0; break;
         case GeometryKind::box: count = scene.flat.boxes[instance.geometry].contains(own) ? 1 : 0; break;
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
-        case GeometryKind::patch: break;
+        case GeometryKind::patch:
+        case GeometryKind::cylinder: break;
       }
       if (instance.solid >= 0 && count > 0) media.inside_solids |= solid_bit(instance.solid);
       if (instance.media_class == 0) continue;
@@ -159,6 +160,7 @@ struct CpuIntersector {
     switch (instance.kind) {
       case GeometryKind::box: return intersect_box(scene.flat.boxes[instance.geometry], ray, hit);
       case GeometryKind::patch: return intersect_patch(scene.flat.patches[instance.geometry], ray, hit);
+      case GeometryKind::cylinder: return intersect_cylinder(scene.flat.cylinders[instance.geometry], ray, hit);
       case GeometryKind::fluid:
       case GeometryKind::balls:
       case GeometryKind::mesh: break;
