@@ -6,7 +6,7 @@ set(embrun_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/embrun)
 # A static library drags its dependencies along: those of its users then need them too.
 set(EMBRUN_STATIC_DEPENDENCIES "")
 if(NOT BUILD_SHARED_LIBS)
-  foreach(package TBB embree OpenEXR PNG JPEG ZLIB fmt spdlog nlohmann_json)
+  foreach(package TBB embree OpenEXR PNG JPEG ZLIB fmt spdlog nlohmann_json pugixml)
     string(APPEND EMBRUN_STATIC_DEPENDENCIES "find_dependency(${package})\n")
   endforeach()
 endif()

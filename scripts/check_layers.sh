@@ -41,6 +41,7 @@ web          | face
 private_libraries="
 embree3 | backend/cpu
 openvdb | io meshing
+pugixml.hpp | io
 "
 
 folders=()

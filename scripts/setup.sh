@@ -6,7 +6,7 @@
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libembree-dev libtbb-dev libopenexr-dev libpng-dev libjpeg-dev zlib1g-dev
-          libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev)
+          libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libpugixml-dev)
 test_packages=(libgtest-dev libbenchmark-dev)
 ci_packages=(ccache clang-14 libclang-rt-14-dev llvm-14 clang-format-14 clang-tidy-14)
 

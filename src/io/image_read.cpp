@@ -67,6 +67,16 @@ ImageLayers read_exr_layers(const std::filesystem::path& path, ImageMetadata* me
   return decode_exr_layers(read_file_bytes(path.string()), path.string(), metadata);
 }
 
+Image as_environment(const Image& picture) {
+  constexpr float brightest = 1e20f;
+  Image result = make_image(picture.width, picture.height, 3);
+  const auto channels = static_cast<std::size_t>(picture.channels);
+  for (std::size_t i = 0; i < picture.pixel_count(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      result.pixels[3 * i + c] = std::min(picture.pixels[channels * i + (channels == 3 ? c : 0)], brightest);
+  return result;
+}
+
 EnvironmentRepair clean_environment(Image& image) {
   EnvironmentRepair repair;
   const auto channels = static_cast<std::size_t>(image.channels);

@@ -31,6 +31,9 @@ ImageLayers read_exr_layers(const std::filesystem::path& path, ImageMetadata* me
 ImageLayers read_exr_layers(std::span<const std::byte> bytes, const std::string& name,
                             ImageMetadata* metadata = nullptr);
 
+/// A picture as light from all round: three channels, none above 1e20, so that sums over the picture stay finite.
+Image as_environment(const Image& picture);
+
 /// What clean_environment() found.
 struct EnvironmentRepair {
   std::size_t not_finite = 0;  ///< pixels with a NaN or infinite channel

@@ -43,6 +43,7 @@ Vec3d round_choice(Vec3d v, const Box3d& bounds) {
 
 FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptions& options) {
   FluidDescription fluid;
+  fluid.file = measured.file;
   fluid.positions = measured.particles.positions;
   fluid.radii = measured.radius.radii;
   fluid.surface.kernel = kernel_from_name(options.kernel);
@@ -112,13 +113,7 @@ EnvironmentDescription make_environment(const RenderOptions& options, std::vecto
   if (repair.not_finite + repair.negative > 0)
     notes.push_back(fmt::format("{}: {} pixels are not finite and {} negative; their channels count as 0",
                                 options.environment, repair.not_finite, repair.negative));
-  // No light is so bright: sums over the picture must stay finite.
-  constexpr float brightest = 1e20f;
-  environment.image = make_image(image.width, image.height, 3);
-  for (std::size_t i = 0; i < image.pixel_count(); ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      environment.image.pixels[3 * i + c] =
-          std::min(image.channels == 3 ? image.pixels[3 * i + c] : image.pixels[i], brightest);
+  environment.image = as_environment(image);
   return environment;
 }
 

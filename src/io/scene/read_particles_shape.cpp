@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/read_particles.h"
+#include "io/scene/reading.h"
+#include "io/text.h"
+#include "particles/radius.h"
+#include "particles/spacing.h"
+
+namespace embrun {
+namespace {
+
+/// Those that say that the particles are a medium.
+constexpr std::string_view medium_properties[] = {"extinction", "albedo", "density", "emission", "temperature"};
+
+template <class Value>
+Value choice(SceneObject& shape, std::string_view name, Value fallback,
+             std::initializer_list<std::pair<std::string_view, Value>> choices) {
+  const std::optional<std::string> text = shape.text(name);
+  if (!text) return fallback;
+  std::string known;
+  for (const auto& [label, value] : choices) {
+    if (*text == label) return value;
+    known += (known.empty() ? "" : ", ") + std::string(label);
+  }
+  shape.fail(fmt::format("'{}' is {}: there are {}", name, quoted(*text), known));
+}
+
+void read_surface(SceneObject& shape, SurfaceSettings& surface) {
+  surface.kernel =
+      choice<Kernel>(shape, "kernel", surface.kernel,
+                     {{"metaball", Kernel::metaball}, {"zhu-bridson", Kernel::zhu_bridson}, {"blinn", Kernel::blinn}});
+  surface.order = shape.integer("order", 1, 16).value_or(surface.order);
+  surface.recover = choice<RecoverMode>(
+      shape, "recover", surface.recover,
+      {{"smooth", RecoverMode::smooth}, {"thesis", RecoverMode::thesis}, {"off", RecoverMode::off}});
+  surface.normal = choice<NormalMode>(shape, "normal", surface.normal,
+                                      {{"weighted", NormalMode::weighted}, {"gradient", NormalMode::gradient}});
+  if (!shape.has("threshold")) return;
+  if (shape.property("threshold")->tag == "string") {
+    surface.threshold_mode =
+        choice<ThresholdMode>(shape, "threshold", surface.threshold_mode,
+                              {{"auto", ThresholdMode::automatic}, {"thesis", ThresholdMode::thesis}});
+    return;
+  }
+  surface.threshold_mode = ThresholdMode::number;
+  surface.threshold = static_cast<float>(*shape.number("threshold"));
+}
+
+// ---- the medium --------------------------------------------------------------------------------------------------
+
+/// The attribute that a string property names, with so many components.
+const Attribute* attribute(SceneObject& shape, const ParticleSet& particles, std::string_view property, int components,
+                           std::string& source) {
+  const std::optional<std::string> name = shape.text(property);
+  if (!name) return nullptr;
+  source = *name;
+  const Attribute* found = particles.find(*name);
+  if (found == nullptr) {
+    std::string known;
+    for (const Attribute& a : particles.attributes) known += (known.empty() ? "" : ", ") + a.name;
+    shape.fail(fmt::format("'{}': the particles have no attribute {}; there are: {}", property, quoted(*name), known));
+  }
+  if (found->components != 1 && found->components != components)
+    shape.fail(fmt::format("'{}': the attribute {} has {} components, where 1 or {} are wanted", property,
+                           quoted(*name), found->components, components));
+  return found;
+}
+
+std::vector<float> numbers_of(const Attribute* source) {
+  std::vector<float> values;
+  if (source == nullptr) return values;
+  for (std::size_t i = 0; i < source->value_count(); ++i) values.push_back(static_cast<float>(source->value(i)));
+  return values;
+}
+
+/// One component is grey.
+std::vector<Rgb> colors_of(const Attribute* source) {
+  std::vector<Rgb> values;
+  if (source == nullptr) return values;
+  if (source->components == 1) {
+    for (const float v : numbers_of(source)) values.push_back(grey(v));
+    return values;
+  }
+  for (std::size_t i = 0; i + 2 < source->value_count(); i += 3)
+    values.push_back({static_cast<float>(source->value(i)), static_cast<float>(source->value(i + 1)),
+                      static_cast<float>(source->value(i + 2))});
+  return values;
+}
+
+/// A property that is a colour for all, or (a <string>) the attribute that has one for each.
+void read_color_or_attribute(SceneObject& shape, const ParticleSet& particles, std::string_view name, Rgb& color,
+                             std::vector<Rgb>& each, std::string& source) {
+  if (!shape.has(name)) return;
+  if (shape.property(name)->tag == "string")
+    each = colors_of(attribute(shape, particles, name, 3, source));
+  else
+    color = *shape.color(name);
+}
+
+/// What the particles do to light, if anything is said of it.
+std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, SceneObject& shape,
+                                                     const ParticleSet& particles) {
+  const bool said = std::any_of(std::begin(medium_properties), std::end(medium_properties),
+                                [&](std::string_view name) { return shape.has(name); });
+  if (!said) return std::nullopt;
+  ParticleMediumDescription medium;
+  ParticleMediumSources& sources = medium.sources;
+  read_color_or_attribute(shape, particles, "extinction", medium.extinction, medium.extinctions, sources.extinction);
+  read_color_or_attribute(shape, particles, "albedo", medium.albedo, medium.albedos, sources.albedo);
+  medium.densities = numbers_of(attribute(shape, particles, "density", 1, sources.density));
+  medium.emission = colors_of(attribute(shape, particles, "emission", 3, sources.emission));
+  medium.temperatures = numbers_of(attribute(shape, particles, "temperature", 1, sources.temperature));
+  medium.extinction_scale = shape.number("extinction_scale", medium.extinction_scale);
+  medium.emission_scale = shape.number("emission_scale", medium.emission_scale);
+  medium.density_radius = shape.number("density_radius", medium.density_radius);
+  medium.model = choice<DensityModel>(shape, "density_model", medium.model,
+                                      {{"balls", DensityModel::balls}, {"smooth", DensityModel::smooth}});
+  medium.phase = take_phase(reading, shape);
+  return medium;
+}
+
+}  // namespace
+
+void read_particles_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
+  FluidDescription fluid;
+  const std::optional<std::string> name = shape.text("filename");
+  if (!name) shape.fail("'filename' is missing");
+  fluid.file = reading.path_of(shape, *name);
+  const std::vector<std::byte> bytes = reading.read_bytes(fluid.file);
+  ParticleSet particles = read_particles_from_memory(bytes, fluid.file);
+  const SpacingEstimate spacing = estimate_spacing(particles);
+  RadiusChoice radius = choose_radius(particles, spacing, shape.number("radius"), fluid.file);
+  drop_particles_without_radius(particles, radius);
+  check_extent(particles, radius.radius, fluid.file);
+  for (const std::string& note : particles.notes) shape.warn(note);
+  read_surface(shape, fluid.surface);
+  fluid.surface.spacing = spacing.spacing;
+  fluid.surface.radius = static_cast<float>(radius.radius);
+  fluid.method = choice<SurfaceMethod>(shape, "method", fluid.method,
+                                       {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
+  const std::optional<Vec3d> low = shape.vector("container_low"), high = shape.vector("container_high");
+  if (low.has_value() != high.has_value()) shape.fail("a container has both a 'container_low' and a 'container_high'");
+  if (low) fluid.container = Box3d{*low, *high};
+  fluid.wets_container = shape.flag("wets_container").value_or(fluid.wets_container);
+  fluid.placement = compose(outer, shape.placement("to_world"));
+  fluid.material = take_material(reading, shape, dielectric_material(1.33));
+  fluid.medium = read_medium(reading, shape, particles);
+  shape.finish();
+  fluid.positions = std::move(particles.positions);
+  fluid.radii = std::move(radius.radii);
+  reading.result.scene.fluids.push_back(std::move(fluid));
+}
+
+}  // namespace embrun

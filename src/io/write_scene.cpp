@@ -1,0 +1,558 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "base/error.h"
+#include "io/read_scene.h"
+
+namespace embrun {
+namespace {
+
+// Numbers are written as short as they read back the same.
+
+std::string number(double v) { return fmt::format("{}", v); }
+std::string number(float v) { return fmt::format("{}", v); }
+std::string triple(Vec3d v) { return fmt::format("{}, {}, {}", v.x, v.y, v.z); }
+std::string triple(Rgb v) { return v.r == v.g && v.g == v.b ? number(v.r) : fmt::format("{}, {}, {}", v.r, v.g, v.b); }
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '"': result += "&quot;"; break;
+      case '\n': result += "&#10;"; break;
+      case '\t': result += "&#9;"; break;
+      case '\r': result += "&#13;"; break;
+      default: result += c;
+    }
+  }
+  return result;
+}
+
+/// Lines of XML, indented by what is open.
+class Xml {
+ public:
+  void open(const std::string& start) {
+    line("<" + start + ">");
+    open_.push_back(start.substr(0, start.find(' ')));
+  }
+  void close() {
+    const std::string tag = open_.back();
+    open_.pop_back();
+    line("</" + tag + ">");
+  }
+  void property(const char* tag, const char* name, const std::string& value) {
+    line(fmt::format("<{} name=\"{}\" value=\"{}\"/>", tag, name, escaped(value)));
+  }
+  void real(const char* name, double v) { property("float", name, number(v)); }
+  void real(const char* name, float v) { property("float", name, number(v)); }
+  void whole(const char* name, long long v) { property("integer", name, std::to_string(v)); }
+  void flag(const char* name, bool v) { property("boolean", name, v ? "true" : "false"); }
+  void text(const char* name, const std::string& v) { property("string", name, v); }
+  void color(const char* name, Rgb v) { property("rgb", name, triple(v)); }
+  void point(const char* name, Vec3d v) { property("point", name, triple(v)); }
+  void vector(const char* name, Vec3d v) { property("vector", name, triple(v)); }
+  void file(const std::string& path) { text("filename", std::filesystem::absolute(path).lexically_normal().string()); }
+  void placement(const Placement& m, const char* name = "to_world") {
+    if (m == Placement{}) return;
+    open(fmt::format("transform name=\"{}\"", name));
+    line(fmt::format("<matrix value=\"{} {} {} {}  {} {} {} {}  {} {} {} {}  0 0 0 1\"/>", m.x_axis.x, m.y_axis.x,
+                     m.z_axis.x, m.origin.x, m.x_axis.y, m.y_axis.y, m.z_axis.y, m.origin.y, m.x_axis.z, m.y_axis.z,
+                     m.z_axis.z, m.origin.z));
+    close();
+  }
+  void line(const std::string& content) {
+    result_.append(2 * open_.size(), ' ');
+    result_ += content + "\n";
+  }
+  std::string take() { return std::move(result_); }
+
+ private:
+  std::string result_;
+  std::vector<std::string> open_;
+};
+
+using Pictures = std::vector<PictureDescription>;
+
+void need_file(const std::string& file, const char* what, std::size_t index) {
+  if (file.empty()) throw Error(fmt::format("{} {} is not from a file: a scene file cannot name it", what, index + 1));
+}
+
+// ---- materials and media -----------------------------------------------------------------------------------------
+
+void write(Xml& xml, const PhaseFunction& phase) {
+  switch (phase.kind) {
+    case PhaseKind::isotropic: return;
+    case PhaseKind::rayleigh: xml.line("<phase type=\"rayleigh\"/>"); return;
+    case PhaseKind::henyey_greenstein: break;
+  }
+  xml.open("phase type=\"hg\"");
+  xml.real("g", phase.g);
+  xml.close();
+}
+
+/// Writes materials: what they show of pictures needs the scene's list of them.
+void write_texture(Xml& xml, const Pictures& pictures, const char* name, const TextureDescription& texture) {
+  const auto start = [&](const char* type) { xml.open(fmt::format("texture name=\"{}\" type=\"{}\"", name, type)); };
+  const auto colors = [&] {
+    xml.color("color0", texture.first);
+    xml.color("color1", texture.second);
+  };
+  switch (texture.kind) {
+    case TextureKind::constant: xml.color(name, texture.first); return;
+    case TextureKind::checker:
+      start("world_checkerboard");
+      colors();
+      xml.real("cell", texture.cell);
+      xml.point("origin", texture.origin);
+      xml.whole("axis_u", texture.axis_u);
+      xml.whole("axis_v", texture.axis_v);
+      break;
+    case TextureKind::uv_checker:
+      start("checkerboard");
+      colors();
+      break;
+    case TextureKind::bitmap: {
+      constexpr const char* wraps[] = {"repeat", "mirror", "clamp"};
+      const PictureDescription& picture = pictures.at(static_cast<std::size_t>(texture.picture));
+      need_file(picture.file, "picture", static_cast<std::size_t>(texture.picture));
+      start("bitmap");
+      xml.file(picture.file);
+      if (picture.raw) xml.flag("raw", true);
+      xml.text("wrap_mode", wraps[static_cast<int>(texture.wrap)]);
+      xml.text("filter_type", texture.filter == TextureFilter::nearest ? "nearest" : "bilinear");
+      break;
+    }
+  }
+  const auto& m = texture.to_uv;
+  const Placement to_uv{{m[0], m[3], 0}, {m[1], m[4], 0}, {0, 0, 1}, {m[2], m[5], 0}};
+  if (texture.kind != TextureKind::checker) xml.placement(to_uv, "to_uv");
+  xml.close();
+}
+
+void write_roughness(Xml& xml, const Pictures& pictures, const MaterialDescription& material) {
+  xml.text("distribution", material.distribution == MicrofacetDistribution::ggx ? "ggx" : "beckmann");
+  write_texture(xml, pictures, material.roughness_v ? "alpha_u" : "alpha", material.roughness);
+  if (material.roughness_v) xml.real("alpha_v", *material.roughness_v);
+}
+
+void write_indices(Xml& xml, const MaterialDescription& material) {
+  xml.real("int_ior", material.ior);
+  xml.real("ext_ior", 1.0);
+}
+
+void write_principled(Xml& xml, const Pictures& pictures, const MaterialDescription& material) {
+  const PrincipledDescription& p = material.principled;
+  write_texture(xml, pictures, "base_color", material.reflectance);
+  write_texture(xml, pictures, "roughness", material.roughness);
+  xml.real("eta", material.ior);
+  xml.real("metallic", p.metallic);
+  xml.real("anisotropic", p.anisotropic);
+  xml.real("spec_trans", p.spec_trans);
+  xml.real("spec_tint", p.spec_tint);
+  xml.real("sheen", p.sheen);
+  xml.real("sheen_tint", p.sheen_tint);
+  xml.real("flatness", p.flatness);
+  xml.real("clearcoat", p.clearcoat);
+  xml.real("clearcoat_gloss", p.clearcoat_gloss);
+}
+
+/// The properties of the bsdf that has been opened.
+void write_properties(Xml& xml, const Pictures& pictures, const MaterialDescription& material) {
+  const auto factors = [&](bool transmits) {
+    if (!(material.specular_reflectance == grey(1))) xml.color("specular_reflectance", material.specular_reflectance);
+    if (transmits && !(material.specular_transmittance == grey(1)))
+      xml.color("specular_transmittance", material.specular_transmittance);
+  };
+  switch (material.kind) {
+    case BsdfKind::null: break;
+    case BsdfKind::diffuse: write_texture(xml, pictures, "reflectance", material.reflectance); break;
+    case BsdfKind::dielectric:
+    case BsdfKind::rough_dielectric:
+      write_indices(xml, material);
+      factors(true);
+      if (material.kind == BsdfKind::rough_dielectric) write_roughness(xml, pictures, material);
+      break;
+    case BsdfKind::thin_dielectric:
+      write_indices(xml, material);
+      factors(true);
+      break;
+    case BsdfKind::conductor:
+    case BsdfKind::rough_conductor:
+      xml.color("eta", material.eta);
+      xml.color("k", material.k);
+      write_texture(xml, pictures, "specular_reflectance", material.reflectance);
+      if (material.kind == BsdfKind::rough_conductor) write_roughness(xml, pictures, material);
+      break;
+    case BsdfKind::plastic:
+      write_indices(xml, material);
+      write_texture(xml, pictures, "diffuse_reflectance", material.reflectance);
+      factors(false);
+      if (material.nonlinear) xml.flag("nonlinear", true);
+      break;
+    case BsdfKind::principled: write_principled(xml, pictures, material); break;
+  }
+  if (has_inside(material) || (material.kind == BsdfKind::null && material.priority != 1))
+    xml.whole("priority", material.priority);
+  if (material.one_sided) xml.flag("one_sided", true);
+}
+
+void write_bsdf(Xml& xml, const Pictures& pictures, const MaterialDescription& material, const std::string& id = {}) {
+  constexpr const char* types[] = {"null",           "diffuse",        "dielectric",
+                                   "conductor",      "thindielectric", "roughdielectric",
+                                   "roughconductor", "plastic",        "principled"};
+  const std::string with_id = id.empty() ? "" : " id=\"" + id + "\"";
+  // A bsdf by itself is black from behind.
+  const std::vector<MaterialDescription> black{diffuse_material({0, 0, 0})};
+  if (is_opaque(material) && !material.one_sided && material.back != black) {
+    MaterialDescription side = material;
+    side.back = black;
+    xml.open("bsdf type=\"twosided\"" + with_id);
+    write_bsdf(xml, pictures, side);
+    if (!material.back.empty()) {
+      side = material.back.front();
+      side.back = black;
+      write_bsdf(xml, pictures, side);
+    }
+  } else {
+    xml.open(fmt::format("bsdf type=\"{}\"{}", types[static_cast<int>(material.kind)], with_id));
+    write_properties(xml, pictures, material);
+  }
+  xml.close();
+}
+
+void write_interior(Xml& xml, const MaterialDescription& material, const std::string& id = {}) {
+  if (is_black(material.absorption) && is_black(material.scattering)) return;
+  xml.open(id.empty() ? "medium name=\"interior\" type=\"homogeneous\""
+                      : "medium id=\"" + id + "\" type=\"homogeneous\"");
+  xml.color("sigma_a", material.absorption);
+  xml.color("sigma_s", material.scattering);
+  write(xml, material.phase);
+  xml.close();
+}
+
+void write_material(Xml& xml, const Pictures& pictures, const MaterialDescription& material) {
+  write_bsdf(xml, pictures, material);
+  write_interior(xml, material);
+}
+
+void write_emission(Xml& xml, Rgb radiance) {
+  if (is_black(radiance)) return;
+  xml.open("emitter type=\"area\"");
+  xml.color("radiance", radiance);
+  xml.close();
+}
+
+// ---- particles ---------------------------------------------------------------------------------------------------
+
+void write_values(Xml& xml, const char* name, Rgb color, const std::vector<Rgb>& each, const std::string& source) {
+  if (each.empty())
+    xml.color(name, color);
+  else
+    xml.text(name, source);
+}
+
+void write(Xml& xml, const ParticleMediumDescription& medium) {
+  const ParticleMediumSources& s = medium.sources;
+  if ((!medium.extinctions.empty() && s.extinction.empty()) || (!medium.albedos.empty() && s.albedo.empty()) ||
+      (!medium.densities.empty() && s.density.empty()) || (!medium.emission.empty() && s.emission.empty()) ||
+      (!medium.temperatures.empty() && s.temperature.empty()))
+    throw Error("values of the particles' medium are no attribute of their file: a scene file cannot name them");
+  write_values(xml, "extinction", medium.extinction, medium.extinctions, s.extinction);
+  write_values(xml, "albedo", medium.albedo, medium.albedos, s.albedo);
+  if (!s.density.empty()) xml.text("density", s.density);
+  if (!s.emission.empty()) xml.text("emission", s.emission);
+  if (!s.temperature.empty()) xml.text("temperature", s.temperature);
+  xml.real("extinction_scale", medium.extinction_scale);
+  xml.real("emission_scale", medium.emission_scale);
+  xml.real("density_radius", medium.density_radius);
+  xml.text("density_model", medium.model == DensityModel::balls ? "balls" : "smooth");
+  write(xml, medium.phase);
+}
+
+void write(Xml& xml, const SurfaceSettings& surface) {
+  constexpr const char* kernels[] = {"metaball", "zhu-bridson", "blinn"};
+  constexpr const char* recovers[] = {"smooth", "thesis", "off"};
+  constexpr const char* normals[] = {"weighted", "gradient"};
+  xml.text("kernel", kernels[static_cast<int>(surface.kernel)]);
+  xml.whole("order", surface.order);
+  if (surface.threshold_mode == ThresholdMode::number)
+    xml.real("threshold", surface.threshold);
+  else
+    xml.text("threshold", surface.threshold_mode == ThresholdMode::thesis ? "thesis" : "auto");
+  xml.text("recover", recovers[static_cast<int>(surface.recover)]);
+  xml.text("normal", normals[static_cast<int>(surface.normal)]);
+}
+
+void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, std::size_t index) {
+  need_file(fluid.file, "fluid", index);
+  xml.open("shape type=\"particles\"");
+  xml.file(fluid.file);
+  if (fluid.radii.empty()) xml.real("radius", fluid.surface.radius);
+  write(xml, fluid.surface);
+  if (fluid.method == SurfaceMethod::thesis) xml.text("method", "thesis");
+  if (fluid.container) {
+    xml.point("container_low", fluid.container->low);
+    xml.point("container_high", fluid.container->high);
+  }
+  if (!fluid.wets_container) xml.flag("wets_container", false);
+  xml.placement(fluid.placement);
+  write_material(xml, pictures, fluid.material);
+  if (fluid.medium) write(xml, *fluid.medium);
+  xml.close();
+}
+
+// ---- shapes ------------------------------------------------------------------------------------------------------
+
+void write(Xml& xml, const Pictures& pictures, const BallsDescription& set, std::size_t index) {
+  // The spheres of a set share their material.
+  const bool shared = set.balls.size() > 1;
+  const std::string material = fmt::format("balls_{}", index + 1), medium = material + "_medium";
+  const bool has_medium = !(is_black(set.material.absorption) && is_black(set.material.scattering));
+  if (shared) {
+    write_bsdf(xml, pictures, set.material, material);
+    write_interior(xml, set.material, medium);
+  }
+  for (const BallDescription& ball : set.balls) {
+    xml.open("shape type=\"sphere\"");
+    xml.point("center", ball.center);
+    xml.real("radius", ball.radius);
+    if (shared) {
+      xml.line("<ref id=\"" + material + "\"/>");
+      if (has_medium) xml.line("<ref name=\"interior\" id=\"" + medium + "\"/>");
+    } else {
+      write_material(xml, pictures, set.material);
+    }
+    write_emission(xml, set.radiance);
+    xml.close();
+  }
+}
+
+void write(Xml& xml, const Pictures& pictures, const BoxDescription& box) {
+  xml.open("shape type=\"box\"");
+  xml.point("low", box.box.low);
+  xml.point("high", box.box.high);
+  write_material(xml, pictures, box.material);
+  xml.close();
+}
+
+void write(Xml& xml, const Pictures& pictures, const PatchDescription& patch) {
+  xml.open("shape type=\"patch\"");
+  xml.point("center", patch.center);
+  xml.vector("axis_u", patch.axis_u);
+  xml.vector("axis_v", patch.axis_v);
+  if (std::isfinite(patch.half_u)) xml.real("half_u", patch.half_u);
+  if (std::isfinite(patch.half_v)) xml.real("half_v", patch.half_v);
+  if (patch.round) xml.flag("round", true);
+  write_material(xml, pictures, patch.material);
+  write_emission(xml, patch.radiance);
+  xml.close();
+}
+
+void write(Xml& xml, const Pictures& pictures, const CylinderDescription& cylinder) {
+  xml.open("shape type=\"cylinder\"");
+  xml.point("p0", cylinder.start);
+  xml.point("p1", cylinder.end);
+  xml.real("radius", cylinder.radius);
+  write_material(xml, pictures, cylinder.material);
+  write_emission(xml, cylinder.radiance);
+  xml.close();
+}
+
+template <class Vector>
+std::string joined(const std::vector<Vector>& vectors) {
+  std::string text;
+  for (const Vector& v : vectors) text += fmt::format("{}{}, {}, {}", text.empty() ? "" : ",  ", v[0], v[1], v[2]);
+  return text;
+}
+
+void write(Xml& xml, const Pictures& pictures, const MeshDescription& mesh, std::size_t index) {
+  const std::string group = fmt::format("mesh_{}", index + 1);
+  const bool copied = !mesh.copies.empty();
+  if (copied) xml.open("shape type=\"shapegroup\" id=\"" + group + "\"");
+  if (mesh.file.empty()) {
+    xml.open("shape type=\"mesh\"");
+    xml.text("positions", joined(mesh.mesh.positions));
+    if (!mesh.mesh.normals.empty()) xml.text("normals", joined(mesh.mesh.normals));
+    if (!mesh.mesh.coordinates.empty()) {
+      std::string text;
+      for (const Vec2 c : mesh.mesh.coordinates) text += fmt::format("{}{}, {}", text.empty() ? "" : ",  ", c.x, c.y);
+      xml.text("coordinates", text);
+    }
+    xml.text("triangles", joined(mesh.mesh.triangles));
+  } else {
+    xml.open("shape type=\"ply\"");
+    xml.file(mesh.file);
+    if (mesh.face_normals) xml.flag("face_normals", true);
+    if (mesh.flipped) xml.flag("flip_normals", true);
+  }
+  if (!copied) xml.placement(mesh.placement);
+  write_material(xml, pictures, mesh.material);
+  write_emission(xml, mesh.radiance);
+  xml.close();
+  if (!copied) return;
+  xml.close();
+  for (const Placement& copy : mesh.copies) {
+    xml.open("shape type=\"instance\"");
+    xml.line("<ref id=\"" + group + "\"/>");
+    xml.placement(copy);
+    xml.close();
+  }
+}
+
+// ---- lights ------------------------------------------------------------------------------------------------------
+
+void write(Xml& xml, const LightDescription& light) {
+  using Kind = LightDescription::Kind;
+  const bool sun = light.kind == Kind::distant;
+  xml.open(sun ? "emitter type=\"sun_disk\"" : "emitter type=\"lamp\"");
+  xml.color("radiance", light.radiance);
+  switch (light.kind) {
+    case Kind::rectangle:
+      xml.text("shape", "rectangle");
+      xml.vector("edge_u", light.edge_u);
+      xml.vector("edge_v", light.edge_v);
+      break;
+    case Kind::disk:
+      xml.text("shape", "disk");
+      xml.vector("normal", light.normal);
+      xml.real("radius", light.radius);
+      break;
+    case Kind::sphere:
+      xml.text("shape", "sphere");
+      xml.real("radius", light.radius);
+      break;
+    case Kind::distant:
+      xml.vector("towards", light.normal);
+      xml.real("half_angle", light.half_angle);
+      break;
+  }
+  if (!sun) xml.point("position", light.position);
+  if (light.two_sided) xml.flag("two_sided", true);
+  xml.close();
+}
+
+void write(Xml& xml, const EnvironmentDescription& environment) {
+  using Kind = EnvironmentDescription::Kind;
+  switch (environment.kind) {
+    case Kind::none: return;
+    case Kind::constant:
+      xml.open("emitter type=\"constant\"");
+      xml.color("radiance", environment.constant);
+      xml.close();
+      return;
+    case Kind::sky: {
+      const SkySettings& sky = environment.sky;
+      xml.open("emitter type=\"sky\"");
+      xml.real("sun_elevation", sky.sun_elevation);
+      xml.real("sun_azimuth", sky.sun_azimuth);
+      xml.real("sun_diameter", sky.sun_diameter);
+      xml.real("sun_irradiance", sky.sun_irradiance);
+      xml.real("sky_irradiance", sky.sky_irradiance);
+      xml.real("turbidity", sky.turbidity);
+      xml.color("ground", sky.ground);
+      break;
+    }
+    case Kind::studio: xml.open("emitter type=\"studio\""); break;
+    case Kind::image:
+      if (environment.file.empty()) throw Error("the environment is not from a file: a scene file cannot name it");
+      xml.open("emitter type=\"envmap\"");
+      xml.file(environment.file);
+      xml.real("scale", environment.scale);
+      break;
+  }
+  xml.real("turn", environment.turn);
+  xml.close();
+}
+
+// ---- camera and integrator ---------------------------------------------------------------------------------------
+
+void write_filter(Xml& xml, const PixelFilter& filter) {
+  switch (filter.kind) {
+    case FilterKind::box: xml.line("<rfilter type=\"box\"/>"); return;
+    case FilterKind::tent: xml.open("rfilter type=\"tent\""); break;
+    case FilterKind::gaussian:
+      xml.open("rfilter type=\"gaussian\"");
+      xml.real("stddev", static_cast<double>(filter.radius) / 3);
+      xml.close();
+      return;
+    case FilterKind::blackman_harris: xml.open("rfilter type=\"blackman_harris\""); break;
+  }
+  xml.real("radius", filter.radius);
+  xml.close();
+}
+
+void write_sensor(Xml& xml, const SceneDescription& scene) {
+  const CameraSettings& camera = scene.camera;
+  const FilmDescription& film = scene.film;
+  xml.open(camera.lens_radius > 0 ? "sensor type=\"thinlens\"" : "sensor type=\"perspective\"");
+  xml.real("fov", camera.vertical_fov);
+  xml.text("fov_axis", "y");
+  if (camera.lens_radius > 0) xml.real("aperture_radius", camera.lens_radius);
+  if (camera.focus_distance > 0) xml.real("focus_distance", camera.focus_distance);
+  if (camera.shutter_open != 0 || camera.shutter_close != 0) {
+    xml.real("shutter_open", camera.shutter_open);
+    xml.real("shutter_close", camera.shutter_close);
+  }
+  xml.open("transform name=\"to_world\"");
+  if (camera.mirrored) xml.line("<scale x=\"-1\"/>");
+  xml.line(fmt::format("<lookat origin=\"{}\" target=\"{}\" up=\"{}\"/>", triple(camera.eye), triple(camera.target),
+                       triple(camera.up)));
+  xml.close();
+  const IntegratorDescription& integrator = scene.integrator;
+  xml.open(integrator.sampler == SamplerKind::sobol ? "sampler type=\"sobol\"" : "sampler type=\"independent\"");
+  xml.whole("sample_count", integrator.samples);
+  xml.whole("seed", integrator.seed);
+  xml.close();
+  xml.open("film type=\"hdrfilm\"");
+  xml.whole("width", film.width);
+  xml.whole("height", film.height);
+  if (film.crop) {
+    xml.whole("crop_offset_x", film.crop->x);
+    xml.whole("crop_offset_y", film.crop->y);
+    xml.whole("crop_width", film.crop->width);
+    xml.whole("crop_height", film.crop->height);
+  }
+  write_filter(xml, camera.filter);
+  xml.close();
+  xml.close();
+}
+
+void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
+  constexpr int unlimited = 65535;
+  xml.open("integrator type=\"volpath\"");
+  xml.whole("max_depth", integrator.max_depth >= unlimited ? -1 : integrator.max_depth + 1);
+  xml.whole("rr_depth", integrator.roulette_depth);
+  xml.whole("max_refractions", integrator.max_refractions);
+  xml.flag("guide", integrator.guide);
+  xml.close();
+}
+
+}  // namespace
+
+std::string write_scene(const SceneDescription& scene) {
+  Xml xml;
+  xml.open("scene version=\"3.0.0\"");
+  xml.text("up", scene.up == UpAxis::z ? "z" : "y");
+  constexpr const char* overlaps[] = {"min", "max", "sum"};
+  xml.text("overlap", overlaps[static_cast<int>(scene.overlap)]);
+  write_integrator(xml, scene.integrator);
+  write_sensor(xml, scene);
+  write(xml, scene.environment);
+  for (const LightDescription& light : scene.lights) write(xml, light);
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i) write(xml, scene.pictures, scene.fluids[i], i);
+  for (std::size_t i = 0; i < scene.balls.size(); ++i) write(xml, scene.pictures, scene.balls[i], i);
+  for (const BoxDescription& box : scene.boxes) write(xml, scene.pictures, box);
+  for (const PatchDescription& patch : scene.patches) write(xml, scene.pictures, patch);
+  for (const CylinderDescription& cylinder : scene.cylinders) write(xml, scene.pictures, cylinder);
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) write(xml, scene.pictures, scene.meshes[i], i);
+  xml.close();
+  return xml.take();
+}
+
+}  // namespace embrun

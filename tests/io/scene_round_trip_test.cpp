@@ -1,0 +1,165 @@
+// What is written reads back the same.
+
+#include <filesystem>
+#include <fstream>
+
+#include "io/scene_files.h"
+
+namespace embrun {
+namespace {
+
+using namespace test;
+
+/// Writes the scene, reads that, and expects the same; returns the text.
+std::string expect_same_again(const SceneDescription& scene, Files files = {}) {
+  files["/scenes/scene.xml"] = write_scene(scene);
+  const SceneFile again = read_file(files);
+  EXPECT_TRUE(again.warnings.empty()) << again.warnings[0];
+  EXPECT_TRUE(again.scene == scene) << files["/scenes/scene.xml"] << "\nand again:\n" << write_scene(again.scene);
+  EXPECT_EQ(write_scene(again.scene), files["/scenes/scene.xml"]);
+  return files["/scenes/scene.xml"];
+}
+
+/// Numbers without a short decimal form.
+const Vec3d odd{1.0 / 3, -2.0 / 7, 1e-17};
+
+TEST(SceneRoundTrip, OfWhatAFileSays) {
+  const Files files = {{"/scenes/square.ply", square_ply},
+                       {"/scenes/p.csv", "x,y,z,density\n0,0,0,1\n1,0,0,2\n0,1,0,3\n"},
+                       {"/scenes/sky.pfm", "PF\n4 2\n-1\n" + std::string(4 * 2 * 3 * sizeof(float), '\0')}};
+  const std::string elements =
+      "<integrator type=\"volpath\"><integer name=\"max_depth\" value=\"12\"/></integrator>"
+      "<sensor type=\"thinlens\"><float name=\"fov\" value=\"37\"/><float name=\"aperture_radius\" value=\"0.01\"/>"
+      "<transform name=\"to_world\"><scale x=\"-1\"/><lookat origin=\"0.1,0.2,0.3\" target=\"1,2,3\" up=\"0,0,1\"/>"
+      "</transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"123\"/><integer name=\"crop_width\" "
+      "value=\"7\"/><rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.4\"/></rfilter></film><sampler "
+      "type=\"independent\"><integer name=\"seed\" value=\"4294967295\"/></sampler></sensor>"
+      "<emitter type=\"envmap\"><string name=\"filename\" value=\"sky.pfm\"/><float name=\"scale\" value=\"0.3\"/>"
+      "<transform name=\"to_world\"><rotate y=\"1\" angle=\"33\"/><rotate x=\"1\" angle=\"90\"/></transform></emitter>"
+      "<bsdf type=\"dielectric\" id=\"water\"><string name=\"int_ior\" value=\"water\"/></bsdf>"
+      "<medium type=\"homogeneous\" id=\"milk\"><rgb name=\"sigma_t\" value=\"0.1 0.2 0.3\"/><phase "
+      "type=\"hg\"/></medium>"
+      "<shape type=\"particles\"><string name=\"filename\" value=\"p.csv\"/><float name=\"radius\" "
+      "value=\"0.1\"/><string "
+      "name=\"density\" value=\"density\"/><phase type=\"rayleigh\"/><transform name=\"to_world\"><scale "
+      "value=\"0.7\"/><translate y=\"0.1\"/></transform></shape>"
+      "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/></shape>"
+      "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/><float name=\"radius\" "
+      "value=\"0.3\"/></shape>"
+      "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"0.1\"/></emitter></shape>"
+      "<shape type=\"cube\"><bsdf type=\"null\"/><ref name=\"interior\" id=\"milk\"/></shape>"
+      "<shape type=\"cube\"><transform name=\"to_world\"><rotate value=\"1 1 0\" angle=\"20\"/></transform></shape>"
+      "<shape type=\"rectangle\"><transform name=\"to_world\"><rotate value=\"1 2 0\" "
+      "angle=\"20\"/></transform></shape>"
+      "<shape type=\"disk\"/><shape type=\"cylinder\"><float name=\"radius\" value=\"0.1\"/></shape>"
+      "<shape type=\"shapegroup\" id=\"g\"><shape type=\"ply\"><string name=\"filename\" "
+      "value=\"square.ply\"/><boolean "
+      "name=\"face_normals\" value=\"true\"/><boolean name=\"flip_normals\" value=\"true\"/></shape></shape>"
+      "<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><rotate x=\"1\" "
+      "angle=\"5\"/></transform></shape>"
+      "<shape type=\"instance\"><ref id=\"g\"/></shape>";
+  Files all = files;
+  all["/scenes/scene.xml"] = whole(elements);
+  expect_same_again(read_file(all).scene, files);
+}
+
+TEST(SceneRoundTrip, OfWhatNoMitsubaFileSays) {
+  SceneDescription scene;
+  scene.up = UpAxis::z;
+  scene.overlap = MediaOverlap::max;
+  scene.camera.eye = odd;
+  scene.camera.shutter_close = 0.1;
+  scene.camera.filter = {FilterKind::blackman_harris, 1.7f};
+  scene.environment.kind = EnvironmentDescription::Kind::sky;
+  scene.environment.turn = 12.3;
+  scene.environment.sky.turbidity = 3.3f;
+  scene.environment.sky.ground = {0.1f, 0.2f, 0.3f};
+  scene.integrator.guide = false;
+  scene.integrator.max_refractions = 2;
+  scene.integrator.max_depth = 65535;
+  using Kind = LightDescription::Kind;
+  for (const Kind kind : {Kind::rectangle, Kind::disk, Kind::sphere, Kind::distant}) {
+    LightDescription light;
+    light.kind = kind;
+    light.radiance = {0.1f, 0.7f, 1e-9f};
+    if (kind != Kind::distant) light.position = odd;
+    if (kind == Kind::rectangle) light.edge_u = {0.1, 0, 0}, light.edge_v = {0, 0, 0.3};
+    if (kind == Kind::disk || kind == Kind::distant) light.normal = odd;
+    if (kind == Kind::disk || kind == Kind::sphere) light.radius = 0.3;
+    if (kind == Kind::distant) light.half_angle = 0.3;
+    light.two_sided = kind == Kind::disk;
+    scene.lights.push_back(light);
+  }
+  PatchDescription floor;
+  floor.center = odd;
+  floor.half_u = static_cast<double>(infinity);
+  floor.half_v = 3;
+  floor.material.one_sided = true;
+  floor.material.reflectance.kind = TextureKind::checker;
+  floor.material.reflectance.cell = 0.1;
+  floor.material.reflectance.origin = odd;
+  floor.material.reflectance.axis_v = 1;
+  scene.patches.push_back(floor);
+  BoxDescription box;
+  box.box = {odd, {1, 2, 3}};
+  box.material = dielectric_material(1.47, {0.1f, 0.2f, 0.3f}, 5);
+  scene.boxes.push_back(box);
+  MeshDescription mesh;
+  mesh.mesh.positions = {{0.1f, 0, 0}, {1, 1.0f / 3, 0}, {0, 1, 1e-20f}};
+  mesh.mesh.normals.assign(3, normalize(Vec3{1, 2, 3}));
+  mesh.mesh.triangles = {{{0, 1, 2}}, {{2, 1, 0}}};
+  mesh.placement = {odd, {0, 1, 0}, {0, 0, 1}, odd};
+  scene.meshes.push_back(mesh);
+  expect_same_again(scene);
+}
+
+TEST(SceneRoundTrip, OfMaterials) {
+  const Files files = {{"/scenes/wood.pfm", "PF\n4 2\n-1\n" + std::string(4 * 2 * 3 * sizeof(float), '\0')}};
+  const std::string wood =
+      "<texture name=\"NAME\" type=\"bitmap\"><string name=\"filename\" value=\"wood.pfm\"/><string "
+      "name=\"filter_type\" value=\"nearest\"/><transform name=\"to_uv\"><rotate z=\"1\" "
+      "angle=\"20\"/></transform></texture>";
+  const auto named = [&](const std::string& name) { return std::string(wood).replace(wood.find("NAME"), 4, name); };
+  const std::string bsdfs[] = {
+      "diffuse\">" + named("reflectance"),
+      "diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/>",
+      "dielectric\"><rgb name=\"specular_transmittance\" value=\"0.1 0.7 0.3\"/>",
+      "roughdielectric\"><float name=\"int_ior\" value=\"1.37\"/><string name=\"distribution\" value=\"ggx\"/>",
+      "thindielectric\"><float name=\"specular_reflectance\" value=\"0.9\"/>",
+      "conductor\"><string name=\"material\" value=\"Au\"/>",
+      "roughconductor\"><string name=\"material\" value=\"Cu\"/>" + named("alpha"),
+      "roughconductor\"><float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.7\"/>",
+      "plastic\"><boolean name=\"nonlinear\" value=\"true\"/>",
+      "principled\"><float name=\"clearcoat\" value=\"0.3\"/><float name=\"spec_tint\" value=\"0.6\"/>",
+      "principled\"><float name=\"spec_trans\" value=\"0.3\"/><float name=\"eta\" value=\"1.3\"/>",
+      "twosided\"><bsdf type=\"diffuse\"/><bsdf type=\"plastic\"/>",
+      "null\">"};
+  std::string elements;
+  for (const std::string& bsdf : bsdfs) elements += "<shape type=\"sphere\"><bsdf type=\"" + bsdf + "</bsdf></shape>";
+  Files all = files;
+  all["/scenes/scene.xml"] = whole(elements);
+  const SceneDescription scene = read_file(all).scene;
+  EXPECT_EQ(scene.balls.size(), std::size(bsdfs));
+  expect_same_again(scene, files);
+}
+
+TEST(SceneRoundTrip, NamesAreEscaped) {
+  SceneDescription scene;
+  scene.meshes.emplace_back();
+  scene.meshes[0].file = "/a \"b\" & <c>/square.ply";
+  const Files files = {{"/a \"b\" & <c>/square.ply", square_ply}};
+  SceneFile read;
+  Files all = files;
+  all["/scenes/scene.xml"] = write_scene(scene);
+  ASSERT_NO_THROW(read = read_file(all));
+  EXPECT_EQ(read.scene.meshes[0].file, scene.meshes[0].file);
+}
+
+TEST(SceneRoundTrip, WhatIsNotFromAFileCannotBeNamed) {
+  SceneDescription scene;
+  scene.fluids.emplace_back();
+  EXPECT_THROW(write_scene(scene), Error);
+}
+
+}  // namespace
+}  // namespace embrun
