@@ -23,6 +23,7 @@ std::string command_line_of(int argc, char** argv) {
 constexpr const char* footer =
     "Examples:\n"
     "  embrun render dam.bgeo -o dam.png\n"
+    "  embrun render scene.xml -o scene.png\n"
     "  embrun info dam.bgeo\n"
     "  embrun render --help          every option, with its default\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is, 130 interrupted.\n"
@@ -37,6 +38,7 @@ int run(int argc, char** argv) {
   int exit_code = exit_done;
   add_render_command(program, command_line_of(argc, argv), exit_code);
   add_info_command(program, exit_code);
+  add_scene_command(program, exit_code);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -43,6 +43,23 @@ std::array<int, 2> parse_size(const std::string& option, const std::string& text
   return {side(text.substr(0, cross)), side(text.substr(cross + 1))};
 }
 
+std::vector<std::pair<std::string, std::string>> parse_definitions(const std::vector<std::string>& texts) {
+  std::vector<std::pair<std::string, std::string>> definitions;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos) refuse("--define", text, "name=value");
+    definitions.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return definitions;
+}
+
+bool is_scene_file(const std::string& path) {
+  if (path.size() < 4) return false;
+  std::string end = path.substr(path.size() - 4);
+  for (char& c : end) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return end == ".xml";
+}
+
 int parse_refractions(const std::string& option, const std::string& text) {
   if (text == "all") return -1;
   char* end = nullptr;

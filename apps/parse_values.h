@@ -3,6 +3,8 @@
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace embrun {
 
@@ -29,6 +31,12 @@ int as_integer(const std::string& option, double value);
 
 /// "WxH"
 std::array<int, 2> parse_size(const std::string& option, const std::string& text);
+
+/// "name=value" each.
+std::vector<std::pair<std::string, std::string>> parse_definitions(const std::vector<std::string>& texts);
+
+/// Told by the name: *.xml
+bool is_scene_file(const std::string& path);
 
 /// "all" (-1) or a number of at least 1.
 int parse_refractions(const std::string& option, const std::string& text);

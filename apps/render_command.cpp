@@ -1,9 +1,11 @@
 #include <embrun/embrun.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 
 #include "commands.h"
@@ -17,7 +19,8 @@ namespace {
 struct RenderArguments {
   RenderOptions options;
   std::string input, output, report;
-  std::string size, crop, sun, refractions = "all", camera_from, camera_to, absorption, container;
+  std::string size, crop, sun, refractions = "all", camera_from, camera_to, absorption, container, scene_output;
+  std::vector<std::string> definitions;
   bool quiet = false;
 };
 
@@ -26,7 +29,7 @@ struct RenderArguments {
 void add_picture_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The picture";
-  c.add_option("-o,--output", a.output, "picture to write: .png, .exr, .pfm or .hdr")->required()->group(group);
+  c.add_option("-o,--output", a.output, "picture to write: .png, .exr, .pfm or .hdr")->group(group);
   c.add_option("--size", a.size, "WxH in pixels")->default_str("1280x720")->group(group);
   c.add_option("--crop", a.crop, "x,y,w,h: render this part of the picture only (from the top left corner)")
       ->group(group);
@@ -138,6 +141,13 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
   c.add_option("--first-sample", o.first_sample, "index of the first sample: with --crop and --spp 1, replays one path")
       ->capture_default_str()
       ->group(group);
+  c.add_option("-D,--define", a.definitions, "name=value: what $name stands for in a scene file; may be repeated")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(group);
+  c.add_option("--write-scene", a.scene_output,
+               "write a scene file that says what these options say, to this file, and render nothing")
+      ->group(group);
   c.add_option("--json", a.report, "write a machine-readable report to this file")->group(group);
   c.add_flag("-q,--quiet", a.quiet, "print errors only")->group(group);
 }
@@ -171,6 +181,49 @@ void parse_text(RenderArguments& a) {
   }
 }
 
+// ---- scene files -------------------------------------------------------------------------------------------------
+
+/// What may be said of a scene file on the command line; the rest it says itself.
+constexpr const char* scene_options[] = {"--output",      "--size",      "--crop",        "--spp",          "--seed",
+                                         "--layer",       "--exposure",  "--tone",        "--filter",       "--denoise",
+                                         "--threads",     "--max-depth", "--refractions", "--first-sample", "--define",
+                                         "--write-scene", "--json",      "--quiet"};
+
+/// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
+SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string name = "--" + option->get_lnames().front();
+    const auto same = [&](const char* known) { return name == known; };
+    if (std::none_of(std::begin(scene_options), std::end(scene_options), same))
+      throw UsageError(name + ": a scene file says that itself");
+  }
+  const auto given = [&](const char* option) { return command.count(option) > 0; };
+  const RenderOptions& o = a.options;
+  SceneInput scene;
+  scene.file = a.input;
+  scene.parameters = parse_definitions(a.definitions);
+  if (given("--size")) scene.size = {o.width, o.height};
+  scene.crop = o.crop;
+  if (given("--spp")) scene.samples = o.samples;
+  if (given("--max-depth")) scene.max_depth = o.max_depth;
+  if (given("--refractions")) scene.refractions = o.refractions;
+  if (given("--seed")) scene.seed = o.seed;
+  if (given("--filter")) scene.filter = o.filter;
+  return scene;
+}
+
+/// Writes the scene instead of a picture.
+int write_scene_file(const CLI::App& command, const RenderArguments& a) {
+  check_text_output(a.scene_output);
+  std::vector<std::string> warnings;
+  const std::string text = is_scene_file(a.input) ? describe_scene(scene_input(command, a), warnings)
+                                                  : describe_scene(a.input, a.options, warnings);
+  write_text_file(a.scene_output, text);
+  for (const std::string& warning : warnings) fmt::print(stderr, "embrun: {}\n", warning);
+  return exit_done;
+}
+
 // ---- interruption ------------------------------------------------------------------------------------------------
 
 std::atomic<bool> interrupted{false};
@@ -189,8 +242,14 @@ void catch_interrupts() {
 
 // ---- rendering ---------------------------------------------------------------------------------------------------
 
-int run_render(RenderArguments& a, const std::string& command_line) {
+int run_render(const CLI::App& command, RenderArguments& a, const std::string& command_line) {
+  const bool is_scene = is_scene_file(a.input);
+  // Until the scene says how large its picture is, any crop may lie in it.
+  if (is_scene && a.size.empty()) a.size = "65536x65536";
   parse_text(a);
+  if (!is_scene && !a.definitions.empty()) throw UsageError("--define: only a scene file has parameters");
+  if (!a.scene_output.empty()) return write_scene_file(command, a);
+  if (a.output.empty()) throw UsageError("--output is required");
   check_output(a.output, a.options);
   if (!a.report.empty()) check_text_output(a.report);
   a.options.command = command_line;
@@ -200,19 +259,20 @@ int run_render(RenderArguments& a, const std::string& command_line) {
   RenderHooks hooks;
   hooks.progress = [&](const Progress& progress) { display.show(progress); };
   hooks.cancel = &interrupted;
-  const RenderReport report = render_file(a.input, a.output, a.options, hooks);
+  const RenderReport report = is_scene ? render_file(scene_input(command, a), a.output, a.options, hooks)
+                                       : render_file(a.input, a.output, a.options, hooks);
   display.finish();
 
   if (!a.report.empty()) write_text_file(a.report, to_json(report));
   if (!a.quiet) {
     std::fputs(to_text(report).c_str(), stdout);
-    fmt::print("  pin with   {}\n", report.pinning_flags);
+    if (!report.pinning_flags.empty()) fmt::print("  pin with   {}\n", report.pinning_flags);
   }
   if (report.cancelled) {
     if (report.samples_done > 0)
       fmt::print(stderr, "embrun: interrupted: {} holds what there is, {:.1f} of {} samples per pixel\n", a.output,
                  static_cast<double>(report.samples_done) / (static_cast<double>(report.width) * report.height),
-                 a.options.samples);
+                 report.planned_samples);
     else
       fmt::print(stderr, "embrun: interrupted before the first sample: nothing was written\n");
     return exit_interrupted;
@@ -229,6 +289,7 @@ constexpr const char* render_footer =
     "  embrun render dam.bgeo -o dam.exr --size 1920x1080 --view side --env studio --floor checker\n"
     "  embrun render pool.bgeo -o pool.png --container -2.25,-0.05,-1.5,2.25,5.95,1.5\n"
     "  embrun render dam.bgeo -o depth.pfm --layer depth --spp 4\n"
+    "  embrun render scene.xml -o scene.png -D frame=12 --spp 256\n"
     "  embrun render dam.bgeo -o clean.png --spp 16 --denoise --json report.json\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
     "130 interrupted (Ctrl-C); the picture then holds the samples there were.";
@@ -237,10 +298,12 @@ constexpr const char* render_footer =
 
 void add_render_command(CLI::App& program, const std::string& command_line, int& exit_code) {
   const auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* render = program.add_subcommand("render", "Render a particle file");
+  CLI::App* render = program.add_subcommand("render", "Render a particle file or a scene");
   // A command may be repeated with other options after its own: to replay a sample, to change one thing.
   render->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  render->add_option("INPUT", arguments->input, "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content")
+  render
+      ->add_option("INPUT", arguments->input,
+                   "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content; or a scene file, *.xml")
       ->required();
   add_picture_options(*render, *arguments);
   add_camera_options(*render, *arguments);
@@ -248,7 +311,8 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_scene_options(*render, *arguments);
   add_work_options(*render, *arguments);
   render->footer(render_footer);
-  render->callback([arguments, command_line, &exit_code] { exit_code = run_render(*arguments, command_line); });
+  render->callback(
+      [render, arguments, command_line, &exit_code] { exit_code = run_render(*render, *arguments, command_line); });
 }
 
 }  // namespace embrun

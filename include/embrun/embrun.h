@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace embrun {
@@ -78,6 +79,17 @@ struct RenderOptions {
   double exposure = 0;           ///< stops, PNG
   std::string tone = "filmic";   ///< filmic, srgb: the tone curve of PNG
   std::string command;           ///< kept in the file's metadata, and shown to replay a bad sample
+};
+
+/// A scene file (docs/scene-files.md), and what is to be different from what it says.
+struct SceneInput {
+  std::string file;
+  std::vector<std::pair<std::string, std::string>> parameters;  ///< names and values: what its $name stands for
+  std::optional<std::array<int, 2>> size;                       ///< without a crop, all of it is rendered
+  std::optional<std::array<int, 4>> crop;
+  std::optional<int> samples, max_depth, refractions;
+  std::optional<std::uint32_t> seed;
+  std::optional<std::string> filter;
 };
 
 /// Throws when an option is out of range or unknown.
@@ -143,6 +155,7 @@ struct RenderReport {
   std::vector<std::string> notes;  ///< what was left out or put right, one sentence each
   // Picture.
   int width = 0, height = 0, samples = 0;
+  int planned_samples = 0;  ///< per pixel, that the options or the scene file ask for
   std::uint32_t seed = 0;
   std::uint64_t samples_done = 0;  ///< in all pixels
   bool cancelled = false;
@@ -169,6 +182,8 @@ class Renderer {
  public:
   Renderer(const std::string& particle_file, const RenderOptions& options, const RenderHooks& hooks = {});
   Renderer(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks = {});
+  /// Of the options only what is written counts, and the threads and the first sample; the scene has the rest.
+  Renderer(const SceneInput& scene, const RenderOptions& options = {}, const RenderHooks& hooks = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
@@ -190,6 +205,17 @@ class Renderer {
 /// Reads particles, renders, and writes the picture (also when it was cancelled, unless there is no sample at all).
 RenderReport render_file(const std::string& particle_file, const std::string& picture_file,
                          const RenderOptions& options = {}, const RenderHooks& hooks = {});
+
+/// The same for a scene file.
+RenderReport render_file(const SceneInput& scene, const std::string& picture_file, const RenderOptions& options = {},
+                         const RenderHooks& hooks = {});
+
+/// What was understood of a scene file, as a scene file: everything spelt out, files by absolute paths. `warnings`
+/// receives what has no effect, a sentence each.
+std::string describe_scene(const SceneInput& scene, std::vector<std::string>& warnings);
+/// The scene that a render of a particle file with these options is of, as a scene file.
+std::string describe_scene(const std::string& particle_file, const RenderOptions& options,
+                           std::vector<std::string>& warnings);
 
 /// Renders particles in memory.
 Picture render(const Particles& particles, const RenderOptions& options = {}, const RenderHooks& hooks = {},

@@ -13,6 +13,7 @@ namespace embrun {
 
 /// The particles of a render, measured.
 struct MeasuredParticles {
+  std::string file;  ///< where they are from, or empty
   ParticleSet particles;
   SpacingEstimate spacing;
   RadiusChoice radius;

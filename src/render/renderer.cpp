@@ -16,6 +16,7 @@
 #include "io/image_write.h"
 #include "io/particle_info.h"
 #include "io/read_particles.h"
+#include "io/read_scene.h"
 #include "render/default_scene.h"
 #include "render/option_names.h"
 #include "render/render_loop.h"
@@ -88,6 +89,29 @@ ParticleSet to_set(const Particles& particles) {
   return set;
 }
 
+/// The scene of a file, with what is to be different.
+SceneFile read_scene(const SceneInput& input) {
+  std::vector<SceneParameter> parameters;
+  for (const auto& [name, value] : input.parameters) parameters.push_back({name, value});
+  SceneFile file = read_scene(input.file, parameters);
+  SceneDescription& scene = file.scene;
+  if (input.size) {
+    scene.film.width = (*input.size)[0];
+    scene.film.height = (*input.size)[1];
+    scene.film.crop.reset();
+  }
+  if (input.crop) {
+    const auto& c = *input.crop;
+    scene.film.crop = PixelWindow{c[0], c[1], c[2], c[3]};
+  }
+  scene.integrator.samples = input.samples.value_or(scene.integrator.samples);
+  scene.integrator.max_depth = input.max_depth.value_or(scene.integrator.max_depth);
+  scene.integrator.max_refractions = input.refractions.value_or(scene.integrator.max_refractions);
+  scene.integrator.seed = input.seed.value_or(scene.integrator.seed);
+  if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
+  return file;
+}
+
 ImageWriteOptions write_options(const RenderOptions& options) {
   ImageWriteOptions write;
   write.layer = options.layer;
@@ -153,7 +177,10 @@ struct Renderer::State {
   std::uint32_t next_sample = 0;
 
   void read_file(const std::string& path, const RenderHooks& hooks);
+  void read_scene_file(const SceneInput& input, const RenderHooks& hooks);
   void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
+  void start(const SceneDescription& description);
+  void record_surface();
   void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
   std::string replay_command(const PixelSample& sample) const;
   ImageMetadata metadata() const;
@@ -168,6 +195,70 @@ void Renderer::State::read_file(const std::string& path, const RenderHooks& hook
   report.read_seconds = watch.seconds();
   tell(hooks, "reading", 1, report.read_seconds);
   build(std::move(particles), path, hooks);
+}
+
+void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks& hooks) {
+  check_options(options);
+  const Stopwatch watch;
+  tell(hooks, "reading", 0, 0);
+  SceneFile file = read_scene(input);
+  report.read_seconds = watch.seconds();
+  tell(hooks, "reading", 1, report.read_seconds);
+
+  const Stopwatch building;
+  tell(hooks, "building", 0, 0);
+  report.input = input.file;
+  report.format = "scene";
+  report.notes = std::move(file.warnings);
+  start(file.scene);
+  for (const FluidDescription& fluid : file.scene.fluids) report.particles += fluid.positions.size();
+  if (!file.scene.fluids.empty()) {
+    report.radius = static_cast<double>(file.scene.fluids.front().surface.radius);
+    report.radius_source = "scene";
+    report.spacing = file.scene.fluids.front().surface.spacing;
+  }
+  report.build_seconds = building.seconds();
+  tell(hooks, "building", 1, report.build_seconds);
+}
+
+/// Compiles the scene and gets ready to render it.
+void Renderer::State::start(const SceneDescription& description) {
+  run_on_threads(options.threads, [&] {
+    scene = compile(description);
+    backend = std::make_unique<CpuBackend>(scene);
+  });
+  film = make_film(description.film);
+  next_sample = static_cast<std::uint32_t>(options.first_sample);
+  report.version = version();
+  report.instruction_set = backend->kernels().name;
+  report.threads = thread_count(options.threads);
+  report.width = film.window.width;
+  report.height = film.window.height;
+  report.seed = description.integrator.seed;
+  report.planned_samples = description.integrator.samples;
+  const CameraSettings& camera = description.camera;
+  report.camera_from = {camera.eye.x, camera.eye.y, camera.eye.z};
+  report.camera_to = {camera.target.x, camera.target.y, camera.target.z};
+  report.fov = camera.vertical_fov;
+  record_surface();
+}
+
+/// The first fluid's surface.
+void Renderer::State::record_surface() {
+  RenderReport& r = report;
+  if (!scene.surfaces.empty()) {
+    const ImplicitSurfaceStats& stats = scene.surfaces.front().stats();
+    r.threshold = static_cast<double>(stats.threshold);
+    r.influence_radius = static_cast<double>(stats.influence_radius);
+    r.recovered = stats.recovered_particles;
+    r.surface_bytes = static_cast<double>(stats.bytes);
+  } else if (!scene.thesis_surfaces.empty()) {
+    const ThesisSurface& surface = *scene.thesis_surfaces.front();
+    r.threshold = static_cast<double>(surface.model().threshold);
+    r.influence_radius = static_cast<double>(surface.model().influence_radius);
+    r.recovered = surface.model().recovered.size();
+    r.surface_bytes = static_cast<double>(surface.bytes());
+  }
 }
 
 void Renderer::State::build(ParticleSet particles, const std::string& name, const RenderHooks& hooks) {
@@ -186,12 +277,7 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
                                        measured.particles.dropped_non_finite));
 
   SceneDescription description = make_scene(measured, options, report.notes);
-  run_on_threads(options.threads, [&] {
-    scene = compile(description);
-    backend = std::make_unique<CpuBackend>(scene);
-  });
-  film = make_film(description.film);
-  next_sample = static_cast<std::uint32_t>(options.first_sample);
+  start(description);
   record_choices(measured, description);
   report.build_seconds = watch.seconds();
   tell(hooks, "building", 1, report.build_seconds);
@@ -199,30 +285,11 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
 
 void Renderer::State::record_choices(const MeasuredParticles& measured, const SceneDescription& description) {
   RenderReport& r = report;
-  r.version = version();
-  r.instruction_set = backend->kernels().name;
-  r.threads = thread_count(options.threads);
   r.particles = measured.particles.size();
   r.radius = measured.radius.radius;
   r.radius_source = to_string(measured.radius.source);
   r.spacing = measured.spacing.spacing;
-  if (!scene.surfaces.empty()) {
-    const ImplicitSurfaceStats& stats = scene.surfaces.front().stats();
-    r.threshold = static_cast<double>(stats.threshold);
-    r.influence_radius = static_cast<double>(stats.influence_radius);
-    r.recovered = stats.recovered_particles;
-    r.surface_bytes = static_cast<double>(stats.bytes);
-  } else {
-    const ThesisSurface& surface = *scene.thesis_surfaces.front();
-    r.threshold = static_cast<double>(surface.model().threshold);
-    r.influence_radius = static_cast<double>(surface.model().influence_radius);
-    r.recovered = surface.model().recovered.size();
-    r.surface_bytes = static_cast<double>(surface.bytes());
-  }
   const CameraSettings& camera = description.camera;
-  r.camera_from = {camera.eye.x, camera.eye.y, camera.eye.z};
-  r.camera_to = {camera.target.x, camera.target.y, camera.target.z};
-  r.fov = camera.vertical_fov;
   r.pinning_flags = fmt::format("--camera-from {} --camera-to {} --fov {}", triple(camera.eye), triple(camera.target),
                                 number(camera.vertical_fov));
   if (measured.radius.radii.empty()) r.pinning_flags += " --radius " + number(r.radius);
@@ -232,9 +299,6 @@ void Renderer::State::record_choices(const MeasuredParticles& measured, const Sc
     r.floor_height = dot(description.patches.front().center, up);
     r.pinning_flags += " --floor-height " + number(*r.floor_height);
   }
-  r.width = film.window.width;
-  r.height = film.window.height;
-  r.seed = options.seed;
 }
 
 std::string Renderer::State::replay_command(const PixelSample& sample) const {
@@ -248,7 +312,7 @@ ImageMetadata Renderer::State::metadata() const {
   ImageMetadata data;
   data.emplace_back("software", std::string("Embrun ") + version());
   if (!options.command.empty()) data.emplace_back("command", options.command);
-  data.emplace_back("seed", std::to_string(options.seed));
+  data.emplace_back("seed", std::to_string(report.seed));
   data.emplace_back("samples", std::to_string(next_sample - static_cast<std::uint32_t>(options.first_sample)));
   data.emplace_back("date", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now)));
   data.emplace_back("render_seconds", fmt::format("{:.2f}", report.render_seconds));
@@ -277,6 +341,12 @@ Renderer::Renderer(const Particles& particles, const RenderOptions& options, con
   check_options(options);
   state_->options = options;
   state_->build(to_set(particles), "particles", hooks);
+}
+
+Renderer::Renderer(const SceneInput& scene, const RenderOptions& options, const RenderHooks& hooks)
+    : state_(std::make_unique<State>()) {
+  state_->options = options;
+  state_->read_scene_file(scene, hooks);
 }
 
 Renderer::~Renderer() = default;
@@ -347,18 +417,48 @@ RenderReport Renderer::report() const {
   return r;
 }
 
-RenderReport render_file(const std::string& particle_file, const std::string& picture_file,
-                         const RenderOptions& options, const RenderHooks& hooks) {
+namespace {
+
+template <class Input>
+RenderReport render_input(const Input& input, const std::string& picture_file, const RenderOptions& options,
+                          const RenderHooks& hooks) {
   check_options(options);
   check_output(picture_file, options);
-  Renderer renderer(particle_file, options, hooks);
-  renderer.add_samples(options.samples, hooks);
+  Renderer renderer(input, options, hooks);
+  renderer.add_samples(renderer.report().planned_samples, hooks);
   if (renderer.report().samples_done > 0) {
     tell(hooks, "writing", 0, 0);
     renderer.write(picture_file);
     tell(hooks, "writing", 1, renderer.report().write_seconds);
   }
   return renderer.report();
+}
+
+}  // namespace
+
+RenderReport render_file(const std::string& particle_file, const std::string& picture_file,
+                         const RenderOptions& options, const RenderHooks& hooks) {
+  return render_input(particle_file, picture_file, options, hooks);
+}
+
+RenderReport render_file(const SceneInput& scene, const std::string& picture_file, const RenderOptions& options,
+                         const RenderHooks& hooks) {
+  return render_input(scene, picture_file, options, hooks);
+}
+
+std::string describe_scene(const SceneInput& scene, std::vector<std::string>& warnings) {
+  SceneFile file = read_scene(scene);
+  validate(file.scene);
+  warnings = std::move(file.warnings);
+  return write_scene(file.scene);
+}
+
+std::string describe_scene(const std::string& particle_file, const RenderOptions& options,
+                           std::vector<std::string>& warnings) {
+  check_options(options);
+  MeasuredParticles measured = measure(read_particles(particle_file), options, particle_file);
+  measured.file = particle_file;
+  return write_scene(make_scene(measured, options, warnings));
 }
 
 Picture render(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks,

@@ -25,11 +25,13 @@ nlohmann::ordered_json to_object(const RayReport& rays) {
 
 std::string to_text(const RenderReport& r) {
   std::string text;
-  text +=
-      fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
-                  r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source, r.spacing);
-  text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
-                      r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
+  if (r.particles > 0)
+    text += fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
+                        r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source,
+                        r.spacing);
+  if (r.particles > 0)
+    text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
+                        r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
   text +=
       fmt::format("  time       {:.2f} s: read {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}; CPU {:.2f} s\n",
                   total_seconds(r), r.read_seconds, r.build_seconds, r.render_seconds, r.write_seconds, r.cpu_seconds);

@@ -177,7 +177,7 @@ TEST(TriangleLight, SamplesFollowThePdf) {
       if (distance <= 0 || b1 < 0 || b2 < 0 || b1 + b2 > 1) continue;
       Ray ray;
       ray.direction = d;
-      sum += emissive_mesh_hit(lights, 0, ray, static_cast<float>(distance), normalize(cross(t.edge_1, t.edge_2))).pdf;
+      sum += emissive_shape_hit(lights, 0, ray, static_cast<float>(distance), normalize(cross(t.edge_1, t.edge_2))).pdf;
     }
     return sum;
   };
