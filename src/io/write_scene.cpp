@@ -322,6 +322,10 @@ void write(Xml& xml, const Pictures& pictures, const BallsDescription& set, std:
     xml.open("shape type=\"sphere\"");
     xml.point("center", ball.center);
     xml.real("radius", ball.radius);
+    if (!(set.pole == Vec3d{0, 0, 1}) || !(set.meridian == Vec3d{1, 0, 0})) {
+      xml.vector("pole", set.pole);
+      xml.vector("meridian", set.meridian);
+    }
     if (shared) {
       xml.line("<ref id=\"" + material + "\"/>");
       if (has_medium) xml.line("<ref name=\"interior\" id=\"" + medium + "\"/>");

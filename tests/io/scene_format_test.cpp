@@ -223,7 +223,7 @@ TEST(SceneTransforms, BadOnesAreErrors) {
 TEST(SceneErrors, NameWhatIsNotUnderstood) {
   EXPECT_EQ(error_of("<shape type=\"sphere\">\n  <float name=\"radus\" value=\"1\"/></shape>"),
             "/scenes/scene.xml: line 3: shape \"sphere\": <float> named 'radus' is not supported here; properties are "
-            "center, exterior, flip_normals, interior, radius, to_world");
+            "center, exterior, flip_normals, interior, meridian, pole, radius, to_world");
   EXPECT_NE(error_of("<shape type=\"sphere\"><texture type=\"bitmap\"/></shape>")
                 .find("<texture type=\"bitmap\"> is not supported here"),
             std::string::npos);

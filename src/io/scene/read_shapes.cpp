@@ -31,6 +31,15 @@ void refuse_flip(SceneObject& shape) {
   if (shape.flag("flip_normals").value_or(false)) shape.fail("'flip_normals' is not supported here: use a mesh");
 }
 
+/// Whether it matters how a shape is turned.
+bool shows_pictures(const MaterialDescription& material) {
+  const auto has_coordinates = [](const TextureDescription& t) {
+    return t.kind == TextureKind::uv_checker || t.kind == TextureKind::bitmap;
+  };
+  return has_coordinates(material.reflectance) || has_coordinates(material.roughness) || material.roughness_v ||
+         std::any_of(material.back.begin(), material.back.end(), shows_pictures);
+}
+
 // ---- flat and round shapes ---------------------------------------------------------------------------------------
 
 void read_sphere(SceneReading& reading, SceneObject& shape, const Placement& outer) {
@@ -43,11 +52,20 @@ void read_sphere(SceneReading& reading, SceneObject& shape, const Placement& out
   BallsDescription set;
   set.material = take_material(reading, shape);
   set.radiance = take_emission(reading, shape);
+  set.pole = shape.vector("pole").value_or(set.pole);
+  set.meridian = shape.vector("meridian").value_or(set.meridian);
+  if (shows_pictures(set.material) && shape.has("to_world")) {
+    set.pole = m.z_axis;
+    set.meridian = m.x_axis;
+  }
   shape.finish();
   // Spheres of one material that follow each other are one set.
   std::vector<BallsDescription>& sets = reading.result.scene.balls;
-  if (sets.empty() || sets.back().material != set.material || !(sets.back().radiance == set.radiance))
-    sets.push_back(set);
+  const auto alike = [&](const BallsDescription& other) {
+    return other.material == set.material && other.radiance == set.radiance && other.pole == set.pole &&
+           other.meridian == set.meridian;
+  };
+  if (sets.empty() || !alike(sets.back())) sets.push_back(set);
   sets.back().balls.push_back(ball);
 }
 
