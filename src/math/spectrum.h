@@ -11,7 +11,7 @@ struct SpectrumSample {
   double wavelength = 0, value = 0;
 };
 
-// A spectrum as linear RGB (Rec. 709), by the CIE 1931 observer from 380 to 780 nm [CIE015]. Between its samples, whose
+// A spectrum as linear RGB (Rec. 709), by the CIE 1931 observer from 380 to 780 nm. Between its samples, whose
 // wavelengths must increase, a spectrum is linear; beyond them it is 0. Channels outside the gamut count as 0.
 
 /// Of light with that spectrum; one that is 1 everywhere has a luminance of 1.
