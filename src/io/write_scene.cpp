@@ -307,6 +307,16 @@ void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, st
   xml.close();
 }
 
+void write(Xml& xml, const VolumeDescription& volume, std::size_t index) {
+  need_file(volume.file, "volume", index);
+  xml.open("shape type=\"particles\"");
+  xml.text("kind", "foam");
+  xml.file(volume.file);
+  if (volume.radii.empty()) xml.real("radius", volume.radius);
+  write(xml, volume.medium);
+  xml.close();
+}
+
 // ---- shapes ------------------------------------------------------------------------------------------------------
 
 void write(Xml& xml, const Pictures& pictures, const BallsDescription& set, std::size_t index) {
@@ -550,6 +560,7 @@ std::string write_scene(const SceneDescription& scene) {
   write(xml, scene.environment);
   for (const LightDescription& light : scene.lights) write(xml, light);
   for (std::size_t i = 0; i < scene.fluids.size(); ++i) write(xml, scene.pictures, scene.fluids[i], i);
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i) write(xml, scene.volumes[i], i);
   for (std::size_t i = 0; i < scene.balls.size(); ++i) write(xml, scene.pictures, scene.balls[i], i);
   for (const BoxDescription& box : scene.boxes) write(xml, scene.pictures, box);
   for (const PatchDescription& patch : scene.patches) write(xml, scene.pictures, patch);

@@ -557,6 +557,28 @@ TEST(SceneParticles, Surface) {
   EXPECT_EQ(fluid.container->high, (Vec3d{2, 2, 2}));
 }
 
+TEST(SceneParticles, OfOtherKinds) {
+  const std::string size = "<float name=\"radius\" value=\"0.25\"/>";
+  const auto kind = [&](const std::string& name) {
+    return particles_with(size + "<string name=\"kind\" value=\"" + name + "\"/>");
+  };
+  const SceneDescription foam = kind("foam");
+  EXPECT_TRUE(foam.fluids.empty());
+  ASSERT_EQ(foam.volumes.size(), 1u);
+  EXPECT_EQ(foam.volumes[0].radius, 0.25);
+  EXPECT_EQ(foam.volumes[0].positions.size(), 3u);
+  EXPECT_EQ(foam.volumes[0].medium.albedo, grey(1));
+  const SceneDescription bubbles = kind("bubble");
+  ASSERT_EQ(bubbles.balls.size(), 1u);
+  EXPECT_EQ(bubbles.balls[0].balls.size(), 3u);
+  EXPECT_EQ(bubbles.balls[0].balls[1].center, (Vec3d{1, 0, 0}));
+  EXPECT_EQ(bubbles.balls[0].balls[1].radius, 0.25);
+  EXPECT_EQ(bubbles.balls[0].material, dielectric_material(1, {}, 2));  // wins over the water it is in
+  EXPECT_EQ(kind("sand").balls[0].material.kind, BsdfKind::diffuse);
+  EXPECT_EQ(kind("spray").balls[0].material, dielectric_material(1.33));
+  EXPECT_THROW(kind("steam"), Error);
+}
+
 TEST(SceneParticles, ScatterByValuesOrAttributes) {
   const ParticleMediumDescription medium =
       *particles_with(

@@ -121,23 +121,36 @@ std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, Scen
   return medium;
 }
 
-}  // namespace
+/// The particles of the file that the shape names, with a radius.
+struct SizedParticles {
+  std::string file;
+  ParticleSet particles;
+  double spacing = 0;
+  RadiusChoice radius;
+};
 
-void read_particles_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
-  FluidDescription fluid;
+SizedParticles read_sized(SceneReading& reading, SceneObject& shape) {
+  SizedParticles read;
   const std::optional<std::string> name = shape.text("filename");
   if (!name) shape.fail("'filename' is missing");
-  fluid.file = reading.path_of(shape, *name);
-  const std::vector<std::byte> bytes = reading.read_bytes(fluid.file);
-  ParticleSet particles = read_particles_from_memory(bytes, fluid.file);
-  const SpacingEstimate spacing = estimate_spacing(particles);
-  RadiusChoice radius = choose_radius(particles, spacing, shape.number("radius"), fluid.file);
-  drop_particles_without_radius(particles, radius);
-  check_extent(particles, radius.radius, fluid.file);
-  for (const std::string& note : particles.notes) shape.warn(note);
+  read.file = reading.path_of(shape, *name);
+  const std::vector<std::byte> bytes = reading.read_bytes(read.file);
+  read.particles = read_particles_from_memory(bytes, read.file);
+  const SpacingEstimate spacing = estimate_spacing(read.particles);
+  read.spacing = spacing.spacing;
+  read.radius = choose_radius(read.particles, spacing, shape.number("radius"), read.file);
+  drop_particles_without_radius(read.particles, read.radius);
+  check_extent(read.particles, read.radius.radius, read.file);
+  for (const std::string& note : read.particles.notes) shape.warn(note);
+  return read;
+}
+
+void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
+  FluidDescription fluid;
+  fluid.file = read.file;
   read_surface(shape, fluid.surface);
-  fluid.surface.spacing = spacing.spacing;
-  fluid.surface.radius = static_cast<float>(radius.radius);
+  fluid.surface.spacing = read.spacing;
+  fluid.surface.radius = static_cast<float>(read.radius.radius);
   fluid.method = choice<SurfaceMethod>(shape, "method", fluid.method,
                                        {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
   const std::optional<Vec3d> low = shape.vector("container_low"), high = shape.vector("container_high");
@@ -146,11 +159,57 @@ void read_particles_shape(SceneReading& reading, SceneObject& shape, const Place
   fluid.wets_container = shape.flag("wets_container").value_or(fluid.wets_container);
   fluid.placement = compose(outer, shape.placement("to_world"));
   fluid.material = take_material(reading, shape, dielectric_material(1.33));
-  fluid.medium = read_medium(reading, shape, particles);
+  fluid.medium = read_medium(reading, shape, read.particles);
   shape.finish();
-  fluid.positions = std::move(particles.positions);
-  fluid.radii = std::move(radius.radii);
+  fluid.positions = std::move(read.particles.positions);
+  fluid.radii = std::move(read.radius.radii);
   reading.result.scene.fluids.push_back(std::move(fluid));
+}
+
+/// Foam: a volume without a surface.
+void add_volume(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
+  if (!(outer == Placement{})) shape.fail("foam cannot be part of a shapegroup");
+  VolumeDescription volume;
+  volume.file = read.file;
+  volume.radius = static_cast<double>(static_cast<float>(read.radius.radius));
+  volume.medium = read_medium(reading, shape, read.particles).value_or(volume.medium);
+  shape.finish();
+  volume.positions = std::move(read.particles.positions);
+  volume.radii = std::move(read.radius.radii);
+  reading.result.scene.volumes.push_back(std::move(volume));
+}
+
+/// Bubbles, sand, spray: balls on their own.
+void add_balls(SceneReading& reading, SceneObject& shape, const SizedParticles& read, const Placement& outer,
+               const MaterialDescription& material) {
+  if (!(outer == Placement{})) shape.fail("discrete particles cannot be part of a shapegroup");
+  BallsDescription set;
+  set.material = take_material(reading, shape, material);
+  shape.finish();
+  for (std::size_t i = 0; i < read.particles.size(); ++i)
+    set.balls.push_back({read.particles.positions[i],
+                         read.radius.radii.empty() ? read.radius.radius : static_cast<double>(read.radius.radii[i])});
+  reading.result.scene.balls.push_back(std::move(set));
+}
+
+}  // namespace
+
+void read_particles_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
+  enum class Kind { water, foam, bubble, sand, spray };
+  const Kind kind = choice<Kind>(shape, "kind", Kind::water,
+                                 {{"water", Kind::water},
+                                  {"foam", Kind::foam},
+                                  {"bubble", Kind::bubble},
+                                  {"sand", Kind::sand},
+                                  {"spray", Kind::spray}});
+  SizedParticles read = read_sized(reading, shape);
+  switch (kind) {
+    case Kind::water: add_fluid(reading, shape, read, outer); break;
+    case Kind::foam: add_volume(reading, shape, read, outer); break;
+    case Kind::bubble: add_balls(reading, shape, read, outer, dielectric_material(1, {}, 2)); break;
+    case Kind::sand: add_balls(reading, shape, read, outer, diffuse_material({0.45f, 0.28f, 0.17f})); break;
+    case Kind::spray: add_balls(reading, shape, read, outer, dielectric_material(1.33)); break;
+  }
 }
 
 }  // namespace embrun

@@ -36,7 +36,7 @@ int picture_of(SceneReading& reading, SceneObject& texture, const std::string& p
   picture.file = path;
   picture.raw = raw;
   const std::vector<std::byte> bytes = reading.read_bytes(path);
-  picture.image = read_image(bytes, path);
+  picture.image = read_image(bytes, path, {}, raw ? PixelEncoding::raw : PixelEncoding::srgb);
   const EnvironmentRepair repair = clean_environment(picture.image);
   if (repair.not_finite + repair.negative > 0)
     texture.warn(fmt::format("{} pixels are not finite and {} negative; their channels count as 0", repair.not_finite,
