@@ -340,6 +340,27 @@ TEST(SceneMaterials, Textures) {
   EXPECT_EQ(checker.second, grey(0.9f));
 }
 
+TEST(SceneMaterials, RawPicturesKeepTheirNumbers) {
+  // A PNG of one pixel, 128 128 128.
+  const unsigned char png[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48,
+                               0x44, 0x52, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x01, 0x08, 0x02, 0x00, 0x00,
+                               0x00, 0x90, 0x77, 0x53, 0xde, 0x00, 0x00, 0x00, 0x0c, 0x49, 0x44, 0x41, 0x54, 0x78,
+                               0xda, 0x63, 0x68, 0x68, 0x68, 0x00, 0x00, 0x03, 0x04, 0x01, 0x81, 0x75, 0x2e, 0x01,
+                               0xbc, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+  const std::string bytes(reinterpret_cast<const char*>(png), sizeof png);
+  const auto value = [&](const std::string& raw) {
+    const Files files{
+        {"/scenes/scene.xml",
+         whole("<shape type=\"sphere\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\"><string "
+               "name=\"filename\" value=\"grey.png\"/><boolean name=\"raw\" value=\"" +
+               raw + "\"/></texture></bsdf></shape>")},
+        {"/scenes/grey.png", bytes}};
+    return read_file(files).scene.pictures.at(0).image.pixels.at(0);
+  };
+  EXPECT_NEAR(value("true"), 128.0 / 255.0, 1e-6);
+  EXPECT_NEAR(value("false"), std::pow((128.0 / 255.0 + 0.055) / 1.055, 2.4), 1e-5);
+}
+
 TEST(SceneMaterials, OthersAreRefused) {
   EXPECT_NE(error_of("<bsdf type=\"hair\"/>").find("bsdf \"hair\": this bsdf is not supported"), std::string::npos);
 }
