@@ -376,12 +376,14 @@ EMBRUN_LOCAL_FN Rgb cross_in_shadow(const PathScene& scene, const ShadowRay& sha
   if (hole || (shadow.straight && is_interface(material.kind))) return factor;
   // Rough ones are lit by light samples of their own.
   if (!scene.settings.straight_shadows || material.kind != BsdfKind::dielectric) return {};
+  // As the light meets it, and as a flux: refraction packs what gets through a flat surface into a smaller solid angle and
+  // raises its radiance by as much, so that the irradiance behind is what it would be without either.
   const float cosine = fabsf(dot(shadow.ray.direction, hit.surface.shading_normal));
-  const float through = 1.0f - fresnel_dielectric(min_of(cosine, 1.0f), relative_index).reflectance;
+  const float through = 1.0f - fresnel_dielectric(min_of(cosine, 1.0f), 1.0f / relative_index).reflectance;
   const float weight = crossed ? 1.0f : 1.0f / shadow.weight;
   crossed = true;
   const Rgb tint = material.parameters ? material.constants.specular_transmittance : grey(1.0f);
-  return factor * tint * (through * weight);
+  return tint * (through * weight);
 }
 
 /// What gets through of a shadow ray's light: 0 behind anything opaque or refracting (unless interfaces are crossed straight

@@ -58,6 +58,9 @@ EMBRUN_FN Rgb majorant_ratio(Rgb majorant, int channel, float distance) {
   return exp_of((grey(majorant[channel]) - majorant) * distance);
 }
 
+/// Differences of extinctions and their majorant are not negative but for rounding.
+EMBRUN_FN Rgb above_zero(Rgb v) { return {max_of(v.r, 0.0f), max_of(v.g, 0.0f), max_of(v.b, 0.0f)}; }
+
 /// True when a majorant was too small, but for rounding.
 EMBRUN_FN bool exceeds(Rgb extinction, Rgb majorant) {
   constexpr float slack = 1.0001f;
@@ -92,7 +95,7 @@ EMBRUN_LOCAL_FN Flight track_flight(const ParticleDensityView& view, const Densi
       const bool real = u.x * majorant < k[channel];
       if (!view.grey) {
         flight.ratio *= majorant_ratio(brick.majorant, channel, step);
-        const Rgb f = real ? k : brick.majorant - k;
+        const Rgb f = real ? k : above_zero(brick.majorant - k);
         flight.ratio *= f * (1.0f / f[channel]);
       }
       if (real) {
@@ -138,7 +141,7 @@ EMBRUN_LOCAL_FN Rgb track_transmittance(const ParticleDensityView& view, const D
       if (cell == nullptr) continue;
       const Rgb k = extinction_in_cell(view, *cell, p, ray.fluids);
       exceeded += exceeds(k, brick.majorant) ? 1 : 0;
-      through *= grey(1.0f) - k * (1.0f / majorant);
+      through *= above_zero(grey(1.0f) - k * (1.0f / majorant));
       // Almost nothing left: goes on by chance, so that opaque media end.
       const float most = max_component(through);
       if (most < 0.05f) {

@@ -127,6 +127,7 @@ TEST_P(ColouredFlight, SpectralWeightsAreUnbiased) {
                                            channel, first_number(i), numbers, exceeded);
       const Rgb weight = spectral_weight(flight.ratio, shares);
       for (int j = 0; j < 3; ++j) {
+        EXPECT_GE(weight[j], 0);
         const auto w = static_cast<double>(weight[j]);
         all[j] += w;
         all_squares[j] += w * w;
@@ -248,6 +249,7 @@ TEST(Transmittance, HasTheSameMeanByTracking) {
       const Rgb got =
           transmittance(density.view(), {line.origin, line.direction, 0, line.end}, tracking, numbers, exceeded);
       for (int c = 0; c < 3; ++c) {
+        EXPECT_GE(got[c], 0);
         sum[c] += static_cast<double>(got[c]);
         squares[c] += static_cast<double>(got[c] * got[c]);
       }
