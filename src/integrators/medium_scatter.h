@@ -13,7 +13,7 @@ EMBRUN_LOCAL_FN bool fly_to_boundary(const PathScene& scene, PathState& path, bo
   if (!may_collide(scene, path.media)) return false;
   Ray to_boundary = path.ray;
   to_boundary.t_max = found ? hit.surface.t : infinity;
-  const LightHit lamp = intersect_lights(scene.lights, to_boundary);
+  const LightHit lamp = meet_lamp(scene, path, to_boundary);
   return fly_path(scene, path, lamp.light >= 0 ? lamp.distance : to_boundary.t_max, collision, counters);
 }
 

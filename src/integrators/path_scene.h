@@ -24,6 +24,7 @@ struct PathSettings {
   int max_depth = 256;
   /// Events after which Russian roulette may end a path.
   int roulette_depth = 5;
+  bool hide_emitters = false;  ///< not seen before the first event; shapes that shine are not there
   /// Interfaces that a path may go through by refraction, or -1 for any number. After the last one every interface
   /// is crossed straight on, without reflection.
   int max_refractions = -1;

@@ -86,6 +86,16 @@ EMBRUN_FN float met_light_weight(const PathSettings& settings, const PathState& 
   return power_heuristic(path.scatter_pdf, light_pdf);
 }
 
+/// True before the first event of a path that is not to see lights.
+EMBRUN_FN bool sees_no_lights(const PathScene& scene, const PathState& path) {
+  return scene.settings.hide_emitters && path.depth == 0;
+}
+
+/// The nearest lamp without geometry that the path meets on the ray.
+EMBRUN_FN LightHit meet_lamp(const PathScene& scene, const PathState& path, const Ray& ray) {
+  return sees_no_lights(scene, path) ? LightHit{} : intersect_lights(scene.lights, ray);
+}
+
 /// The path left the scene: adds the light from infinity and ends it.
 EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounters& counters) {
   path.alive = false;
@@ -93,8 +103,10 @@ EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounter
   // Every body is closed, so only a contradiction gets here from within one. It is taken for crossed.
   if (path.media.counts != 0) ++counters.contradictions;
   if (medium != 0) path.throughput *= radiance_factor(scene, medium, 0);
-  const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
-  add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
+  if (!sees_no_lights(scene, path)) {
+    const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
+    add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
+  }
   if (path.has_normal && !path.has_albedo) path.albedo = grey(1.0f);
 }
 
@@ -136,7 +148,7 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
   // Lamps without geometry are met first if they are nearer.
   Ray to_surface = ray;
   to_surface.t_max = t_surface;
-  const LightHit lamp = intersect_lights(scene.lights, to_surface);
+  const LightHit lamp = meet_lamp(scene, path, to_surface);
   const float t = lamp.light >= 0 ? lamp.distance : t_surface;
 
   // Absorption on the way.
@@ -155,7 +167,8 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
 
   const Material& material = scene.materials[hit.material];
   bool passes = material.kind == BsdfKind::null ||
-                (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f);
+                (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f) ||
+                (hit.light >= 0 && sees_no_lights(scene, path));
   behind = path.media;
   if (hit.media_class != 0) {
     behind = media_behind(intersector, ray, hit, path.media, counters);

@@ -544,6 +544,9 @@ void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
   xml.whole("rr_depth", integrator.roulette_depth);
   xml.whole("max_refractions", integrator.max_refractions);
   xml.flag("guide", integrator.guide);
+  xml.flag("hide_emitters", integrator.hide_emitters);
+  xml.flag("straight_shadows", integrator.straight_shadows);
+  if (std::isfinite(integrator.clamp)) xml.real("clamp", integrator.clamp);
   xml.close();
 }
 

@@ -160,6 +160,7 @@ struct IntegratorDescription {
   int max_depth = 256;       ///< scattering events, 0 to 65535
   int max_refractions = -1;  ///< -1: any number
   int roulette_depth = 5;
+  bool hide_emitters = false;  ///< the camera does not see lights; what they light it sees
   /// Learn first from where light comes at diffuse surfaces, where that is worth it: less noise under water.
   bool guide = true;
   /// Small lights find their way through water's surface only by chance. True: shadow rays go straight on through

@@ -81,6 +81,8 @@ TEST(SceneRoundTrip, OfWhatNoMitsubaFileSays) {
   scene.environment.sky.turbidity = 3.3f;
   scene.environment.sky.ground = {0.1f, 0.2f, 0.3f};
   scene.integrator.guide = false;
+  scene.integrator.hide_emitters = scene.integrator.straight_shadows = true;
+  scene.integrator.clamp = 3.5;
   scene.integrator.max_refractions = 2;
   scene.integrator.max_depth = 65535;
   using Kind = LightDescription::Kind;

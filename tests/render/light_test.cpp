@@ -171,6 +171,29 @@ INSTANTIATE_TEST_SUITE_P(All, Strategies,
                                                                            : "lights_only";
                          });
 
+// Hidden lights are not seen, nor what they are behind; what they light is.
+TEST(HiddenEmitters, AreNotSeen) {
+  SceneDescription scene = lit_floor(0.8f, 2000);
+  scene.lights.push_back(ceiling_lamp(0.5, 0.3, 0.7, 5));
+  const Measured lit = render_and_measure(scene);
+  scene.integrator.hide_emitters = true;
+  EXPECT_NEAR(render_and_measure(scene).mean, lit.mean, 6 * lit.standard_error);
+  // Up at the lamp, at a shape that shines, and at the sky.
+  scene.camera.eye = {0, 0.1, 0};
+  scene.camera.target = {0, 1, 0};
+  scene.camera.up = {1, 0, 0};
+  EXPECT_EQ(render_and_measure(scene).mean, 0);
+  scene.lights.clear();
+  PatchDescription lamp = patch({0, 0.7, 0}, {1, 0, 0}, {0, 0, 1}, 0.5, diffuse_material({}));
+  lamp.radiance = grey(5);
+  scene.patches.push_back(lamp);
+  EXPECT_EQ(render_and_measure(scene).mean, 0);
+  scene.environment.kind = EnvironmentDescription::Kind::constant;
+  EXPECT_EQ(render_and_measure(scene).mean, 0);
+  scene.integrator.hide_emitters = false;
+  EXPECT_NEAR(render_and_measure(scene).mean, 5, 1e-5);
+}
+
 // Something opaque in the way takes the light, something refracting stops shadow rays, something index-matched absorbs.
 TEST(Shadows, BodiesInTheWay) {
   const auto with = [](MaterialDescription material) {

@@ -81,6 +81,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   settings.max_depth = scene.integrator.max_depth;
   settings.max_refractions = scene.integrator.max_refractions;
   settings.roulette_depth = scene.integrator.roulette_depth;
+  settings.hide_emitters = scene.integrator.hide_emitters;
   settings.straight_shadows = scene.integrator.straight_shadows;
   settings.clamp = static_cast<float>(scene.integrator.clamp);
   if (scene.integrator.guide && needs_guide(scene)) {

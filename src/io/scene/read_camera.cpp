@@ -182,7 +182,9 @@ void read_integrator(SceneReading& reading, const XmlElement& element) {
   description.roulette_depth = integrator.integer("rr_depth", 1, 1 << 30).value_or(5);
   description.max_refractions = integrator.integer("max_refractions", -1, 65535).value_or(-1);
   description.guide = integrator.flag("guide").value_or(true);
-  if (integrator.flag("hide_emitters").value_or(false)) integrator.fail("'hide_emitters' is not supported");
+  description.hide_emitters = integrator.flag("hide_emitters").value_or(false);
+  description.straight_shadows = integrator.flag("straight_shadows").value_or(false);
+  description.clamp = integrator.number("clamp", description.clamp);
   integrator.finish();
 }
 
