@@ -30,6 +30,44 @@ int as_integer(const std::string& option, double value) {
   return static_cast<int>(value);
 }
 
+Color parse_color(const std::string& option, const std::string& text) {
+  if (text.find(',') == std::string::npos) {
+    const auto grey = static_cast<float>(parse_numbers<1>(option, text, "")[0]);
+    return {grey, grey, grey};
+  }
+  const auto rgb = parse_numbers<3>(option, text, "r,g,b");
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
+}
+
+FluidOptions parse_fluid(const std::string& option, const std::string& text) {
+  FluidOptions fluid;
+  // A colon of the file's own name is one that no key follows.
+  std::string rest = text;
+  for (;;) {
+    const std::size_t colon = rest.rfind(':');
+    const std::size_t equals = colon == std::string::npos ? colon : rest.find('=', colon);
+    if (equals == std::string::npos) break;
+    const std::string key = rest.substr(colon + 1, equals - colon - 1), value = rest.substr(equals + 1);
+    const std::string name = option + ": " + key;
+    if (key == "ior")
+      fluid.ior = parse_numbers<1>(name, value, "")[0];
+    else if (key == "absorption")
+      fluid.absorption = parse_color(name, value);
+    else if (key == "extinction")
+      fluid.extinction = parse_color(name, value);
+    else if (key == "albedo")
+      fluid.albedo = parse_color(name, value);
+    else if (key == "g")
+      fluid.phase_g = parse_numbers<1>(name, value, "")[0];
+    else
+      refuse(option, key, "one of ior, absorption, extinction, albedo, g");
+    rest.resize(colon);
+  }
+  if (rest.empty()) refuse(option, text, "FILE[:key=value...]");
+  fluid.file = rest;
+  return fluid;
+}
+
 std::array<int, 2> parse_size(const std::string& option, const std::string& text) {
   const std::size_t cross = text.find('x');
   const auto side = [&](const std::string& digits) {

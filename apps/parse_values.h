@@ -1,5 +1,7 @@
 #pragma once
 
+#include <embrun/embrun.h>
+
 #include <array>
 #include <stdexcept>
 #include <string>
@@ -28,6 +30,12 @@ std::array<double, N> parse_numbers(const std::string& option, const std::string
 
 /// An integer of an option written with commas; `value` came from parse_numbers.
 int as_integer(const std::string& option, double value);
+
+/// "r,g,b", or one number for all three.
+Color parse_color(const std::string& option, const std::string& text);
+
+/// "FILE[:key=value...]"; keys ior, absorption, extinction, albedo, g.
+FluidOptions parse_fluid(const std::string& option, const std::string& text);
 
 /// "WxH"
 std::array<int, 2> parse_size(const std::string& option, const std::string& text);

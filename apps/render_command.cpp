@@ -21,6 +21,8 @@ struct RenderArguments {
   std::string input, output, report;
   std::string size, crop, sun, refractions = "all", camera_from, camera_to, absorption, container, scene_output;
   std::vector<std::string> definitions;
+  std::string extinction, albedo, foam_extinction, sand_color;
+  std::vector<std::string> fluids;
   bool quiet = false;
 };
 
@@ -125,6 +127,70 @@ void add_scene_options(CLI::App& c, RenderArguments& a) {
       ->group(group);
 }
 
+/// An option that may be repeated.
+void add_files(CLI::App& c, const char* name, std::vector<std::string>& files, const char* meaning, const char* group) {
+  c.add_option(name, files, meaning)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->group(group);
+}
+
+void add_inside_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "Inside the fluid";
+  c.add_option("--extinction", a.extinction,
+               "r,g,b (or one number) per metre: the fluid's particles scatter and absorb light")
+      ->default_str("none: clear")
+      ->group(group);
+  c.add_option("--albedo", a.albedo, "r,g,b (or one number): how much of that is scattering")
+      ->default_str("1,1,1")
+      ->group(group);
+  c.add_option("--phase-g", o.phase_g, "mean cosine of scattering, -1 to 1: 0 is even, above 0 goes on forwards")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--density-radius", o.density_radius,
+               "metres: of the balls that fill the fluid with it; 1.6 particle radii leave no gaps")
+      ->default_str("the particles' radius")
+      ->group(group);
+  c.add_option("--color-by", o.color_by,
+               "attribute that colours the fluid (albedo); vectors count by their length. The range is printed")
+      ->group(group);
+  c.add_option("--color-map", o.color_map, "spectrum, heat, grey")->capture_default_str()->group(group);
+  c.add_option("--overlap", o.overlap, "where particles of several fluids overlap: min, max, sum")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_kind_options(CLI::App& c, RenderArguments& a) {
+  RenderOptions& o = a.options;
+  const char* group = "Other fluids and particles";
+  add_files(c, "--fluid", a.fluids,
+            "FILE[:key=value...]: another fluid, which wins over those before it; keys: ior, absorption, extinction, "
+            "albedo, g. May be repeated, as all below that name a file",
+            group);
+  add_files(c, "--foam", o.foam, "FILE of foam: scatters light, without a surface", group);
+  add_files(c, "--bubbles", o.bubbles, "FILE of air bubbles", group);
+  add_files(c, "--spray", o.spray, "FILE of drops on their own", group);
+  add_files(c, "--sand", o.sand, "FILE of opaque grains", group);
+  c.add_option("--kinds", o.kinds,
+               "ATTRIBUTE:VALUE=KIND,...: kinds in the input itself, such as type:0=foam,1=spray,2=bubble; kinds: water "
+               "(all other values), foam, spray, bubble, sand, none")
+      ->group(group);
+  c.add_option("--foam-radius", o.foam_radius, "metres, where the file has none")
+      ->default_str("1/2 of the water's")
+      ->group(group);
+  c.add_option("--bubble-radius", o.bubble_radius, "metres")->default_str("1/4 of the water's")->group(group);
+  c.add_option("--spray-radius", o.spray_radius, "metres")->default_str("1/4 of the water's")->group(group);
+  c.add_option("--sand-radius", o.sand_radius, "metres")->default_str("the water's")->group(group);
+  c.add_option("--foam-extinction", a.foam_extinction, "r,g,b (or one number) per metre")
+      ->default_str("3 / particle diameter")
+      ->group(group);
+  c.add_option("--sand-color", a.sand_color, "r,g,b (or one number): reflectance")->default_str("brown")->group(group);
+  c.add_option("--tank", o.tank, "metres: thickness of a glass tank, open at the top, round the container")
+      ->group(group);
+  c.add_option("--tank-ior", o.tank_ior, "refractive index of its glass")->capture_default_str()->group(group);
+}
+
 void add_work_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The work";
@@ -170,10 +236,12 @@ void parse_text(RenderArguments& a) {
   if (!a.camera_from.empty()) o.camera_from = parse_numbers<3>("--camera-from", a.camera_from, "x,y,z");
   if (!a.camera_to.empty()) o.camera_to = parse_numbers<3>("--camera-to", a.camera_to, "x,y,z");
   if (!a.container.empty()) o.container = parse_numbers<6>("--container", a.container, "x0,y0,z0,x1,y1,z1");
-  if (!a.absorption.empty()) {
-    const auto rgb = parse_numbers<3>("--absorption", a.absorption, "r,g,b");
-    o.absorption = Color{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
-  }
+  if (!a.absorption.empty()) o.absorption = parse_color("--absorption", a.absorption);
+  if (!a.extinction.empty()) o.extinction = parse_color("--extinction", a.extinction);
+  if (!a.albedo.empty()) o.albedo = parse_color("--albedo", a.albedo);
+  if (!a.foam_extinction.empty()) o.foam_extinction = parse_color("--foam-extinction", a.foam_extinction);
+  if (!a.sand_color.empty()) o.sand_color = parse_color("--sand-color", a.sand_color);
+  for (const std::string& text : a.fluids) o.fluids.push_back(parse_fluid("--fluid", text));
   try {
     check_options(o);
   } catch (const std::runtime_error& error) {
@@ -290,6 +358,9 @@ constexpr const char* render_footer =
     "  embrun render pool.bgeo -o pool.png --container -2.25,-0.05,-1.5,2.25,5.95,1.5\n"
     "  embrun render dam.bgeo -o depth.pfm --layer depth --spp 4\n"
     "  embrun render scene.xml -o scene.png -D frame=12 --spp 256\n"
+    "  embrun render dam.bgeo -o foam.png --foam foam.bgeo --bubbles bubbles.bgeo --spray spray.bgeo\n"
+    "  embrun render dam.bgeo -o milk.png --extinction 20 --albedo 0.99\n"
+    "  embrun render red.bgeo -o two.png --absorption 0.1,4,4 --fluid blue.bgeo:absorption=4,2,0.1\n"
     "  embrun render dam.bgeo -o clean.png --spp 16 --denoise --json report.json\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
     "130 interrupted (Ctrl-C); the picture then holds the samples there were.";
@@ -309,6 +380,8 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_camera_options(*render, *arguments);
   add_surface_options(*render, *arguments);
   add_scene_options(*render, *arguments);
+  add_inside_options(*render, *arguments);
+  add_kind_options(*render, *arguments);
   add_work_options(*render, *arguments);
   render->footer(render_footer);
   render->callback(

@@ -35,6 +35,15 @@ struct Particles {
   std::vector<float> radii;
 };
 
+/// Another fluid beside the first. It wins over the fluids before it where their surfaces overlap.
+struct FluidOptions {
+  std::string file;
+  std::optional<double> ior;                  ///< default: RenderOptions::ior
+  std::optional<Color> absorption;            ///< default: RenderOptions::absorption
+  std::optional<Color> extinction, albedo;    ///< as RenderOptions::extinction and albedo; default: clear, white
+  double phase_g = 0;
+};
+
 /// What is rendered, and how. Names are those of the command line; a wrong one throws and lists the right ones.
 struct RenderOptions {
   // The picture.
@@ -72,6 +81,26 @@ struct RenderOptions {
   std::optional<double> floor_height;              ///< default: cuts through the lowest layer of particles
   std::optional<std::array<double, 6>> container;  ///< x0, y0, z0, x1, y1, z1
   std::vector<std::string> meshes;                 ///< PLY or OBJ files, shown as grey objects
+
+  // The inside of the fluid: what its particles do to light.
+  std::optional<Color> extinction;       ///< per metre at rest density; default: none, or with color_by 1 / (4 radii)
+  Color albedo{1, 1, 1};                 ///< scattering / extinction
+  double phase_g = 0;                    ///< mean cosine of scattering, Henyey-Greenstein
+  std::optional<double> density_radius;  ///< of the balls that fill the fluid with it; default: the particles' radius
+  std::string color_by;                  ///< attribute that gives each particle its albedo, through the colour map
+  std::string color_map = "spectrum";    ///< spectrum, heat, grey
+  std::string overlap = "sum";           ///< where several fluids' particles overlap: min, max, sum
+
+  // Other fluids and particles.
+  std::vector<FluidOptions> fluids;
+  std::string kinds;  ///< by an attribute of the main file: "type:0=foam,1=spray,2=bubble"; others are water
+  std::vector<std::string> foam, bubbles, sand, spray;  ///< files
+  /// Radii of those without one in the file; default: 1/2, 1/4, 1 and 1/4 of the fluid's.
+  std::optional<double> foam_radius, bubble_radius, sand_radius, spray_radius;
+  std::optional<Color> foam_extinction;  ///< per metre; default: three mean free paths through a particle
+  std::optional<Color> sand_color;       ///< reflectance
+  std::optional<double> tank;            ///< thickness of a glass tank round the container, metres
+  double tank_ior = 1.5;
 
   // What is written.
   bool denoise = false;

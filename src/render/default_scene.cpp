@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <unordered_map>
 
 #include "base/error.h"
 #include "io/image_read.h"
 #include "io/read_mesh.h"
 #include "media/homogeneous.h"
+#include "particles/particle_kinds.h"
+#include "render/kind_options.h"
 #include "render/option_names.h"
 
 namespace embrun {
@@ -43,7 +46,7 @@ Vec3d round_choice(Vec3d v, const Box3d& bounds) {
 
 FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptions& options) {
   FluidDescription fluid;
-  fluid.file = measured.file;
+  if (options.kinds.empty()) fluid.file = measured.file;  // else it holds more than the water
   fluid.positions = measured.particles.positions;
   fluid.radii = measured.radius.radii;
   fluid.surface.kernel = kernel_from_name(options.kernel);
@@ -144,7 +147,15 @@ CameraSettings make_camera_settings(const RenderOptions& options, const Box3d& b
 
 MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, const std::string& name) {
   MeasuredParticles measured;
-  measured.particles = std::move(particles);
+  if (options.kinds.empty()) {
+    measured.particles = std::move(particles);
+  } else {
+    auto sets = split_by_kind(particles, kind_mapping_from_text(options.kinds), name);
+    measured.particles = std::move(sets[static_cast<std::size_t>(ParticleKind::water)]);
+    if (measured.particles.size() == 0)
+      throw Error(fmt::format("{}: by the kinds {} no particle is water", name, options.kinds));
+    measured.others.assign(std::make_move_iterator(sets.begin()), std::make_move_iterator(sets.end()));
+  }
   measured.spacing = estimate_spacing(measured.particles);
   measured.radius = choose_radius(measured.particles, measured.spacing, options.radius, name);
   drop_particles_without_radius(measured.particles, measured.radius);
@@ -197,14 +208,18 @@ SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptio
   scene.up = up_from_name(options.up);
   const UpBasis up = up_basis(scene.up);
   scene.fluids.push_back(make_fluid(measured, options));
+  add_inside(scene.fluids.front(), measured, options, notes);
   scene.environment = make_environment(options, notes);
 
   Box3d bounds = robust_bounds(measured);
+  add_other_particles(scene, measured, options, bounds, notes);
   double& bottom = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
   if (const FloorKind floor = floor_from_name(options.floor); floor != FloorKind::none) {
     double height = round_choice(lowest_layer(measured, up), bounds);
     // Fluid that wets its container reaches down to the bottom: there is nothing to cut.
     if (options.container) height = scene.up == UpAxis::y ? (*options.container)[1] : (*options.container)[2];
+    // A tank stands a little in its floor, so that the floor alone is met there.
+    if (options.tank) height -= 0.99 * *options.tank;
     height = options.floor_height.value_or(height);
     bottom = std::min(height, scene.up == UpAxis::y ? bounds.high.y : bounds.high.z);
     scene.patches.push_back(make_floor(floor, height, bounds, up));

@@ -14,13 +14,15 @@ namespace embrun {
 /// The particles of a render, measured.
 struct MeasuredParticles {
   std::string file;  ///< where they are from, or empty
-  ParticleSet particles;
+  ParticleSet particles;  ///< of water
   SpacingEstimate spacing;
   RadiusChoice radius;
+  /// Particles of other kinds that the same file held; by ParticleKind, or empty.
+  std::vector<ParticleSet> others;
 };
 
-/// Estimates the spacing, chooses the radius, and leaves out what cannot be rendered. `name` stands for the particles in
-/// messages. Throws Error where no radius can be had.
+/// Tells the kinds apart, estimates the water's spacing, chooses its radius, and leaves out what cannot be rendered. `name` stands for the particles in
+/// messages. Throws Error where no radius can be had, or no particle is water.
 MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, const std::string& name);
 
 /// Bounds of all but a few stray particles, one radius wider.
@@ -31,7 +33,7 @@ Box3d robust_bounds(const MeasuredParticles& particles);
 double lowest_layer(const MeasuredParticles& particles, const UpBasis& up);
 
 /// The scene that the options describe: the fluid, its surroundings, the camera. What they leave open is chosen from the
-/// particles. `notes` receives what was put right. Reads the environment and the meshes. Throws Error as
+/// particles. `notes` receives what was put right. Reads the environment, the meshes, and the particles of other fluids and kinds. Throws Error as
 /// check_options does.
 SceneDescription make_scene(const MeasuredParticles& particles, const RenderOptions& options,
                             std::vector<std::string>& notes);

@@ -53,6 +53,11 @@ PixelFilter filter_from_name(const std::string& name) {
                             {"blackman-harris", PixelFilter{FilterKind::blackman_harris, 1.5f}}});
 }
 
+MediaOverlap overlap_from_name(const std::string& name) {
+  return pick<MediaOverlap>("overlap", name,
+                            {{"min", MediaOverlap::min}, {"max", MediaOverlap::max}, {"sum", MediaOverlap::sum}});
+}
+
 FloorKind floor_from_name(const std::string& name) {
   return pick<FloorKind>("floor", name,
                          {{"none", FloorKind::none}, {"plain", FloorKind::plain}, {"checker", FloorKind::checker}});

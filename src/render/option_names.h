@@ -20,6 +20,8 @@ SurfaceMethod method_from_name(const std::string& name);
 UpAxis up_from_name(const std::string& name);
 PixelFilter filter_from_name(const std::string& name);
 
+MediaOverlap overlap_from_name(const std::string& name);
+
 enum class FloorKind { none, plain, checker };
 FloorKind floor_from_name(const std::string& name);
 

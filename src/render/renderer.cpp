@@ -18,6 +18,7 @@
 #include "io/read_particles.h"
 #include "io/read_scene.h"
 #include "render/default_scene.h"
+#include "render/kind_options.h"
 #include "render/option_names.h"
 #include "render/render_loop.h"
 
@@ -154,10 +155,8 @@ void check_options(const RenderOptions& o) {
   MeasuredParticles one;
   one.particles.positions = {{0, 0, 0}};
   one.radius.radius = o.radius.value_or(1);
-  RenderOptions plain = o;
-  plain.environment = "white";
-  plain.sun.reset();
-  plain.meshes.clear();
+  check_kind_options(o);
+  RenderOptions plain = without_files(o);
   std::vector<std::string> notes;
   validate(make_scene(one, plain, notes));
 }

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "particles/particle_kinds.h"
+#include "scene/scene_description.h"
+
+// The parts of a scene that particles of each kind are made into, as the thesis has them [Beddiaf2018]: foam is a volume
+// that only scatters, bubbles are balls of air, sand is opaque balls, spray is balls of the fluid. Fluids have priorities
+// from 1 up; where bodies overlap, bubbles win over fluids and glass over bubbles.
+
+namespace embrun {
+
+inline constexpr int bubble_priority = 100;
+inline constexpr int glass_priority = 200;
+
+/// What is not in the files, as shares of the fluid's particle radius R0: solvers give the particles of foam none, but it is
+/// smaller than the water's.
+double default_kind_radius(ParticleKind kind, double fluid_radius);
+
+/// How particles of one kind look; what is not given is the kind's own.
+struct KindLook {
+  double radius = 0;         ///< metres, > 0: of all, or of the median particle where `radii` differ
+  std::vector<float> radii;  ///< one per particle, or empty
+  Rgb color;                 ///< reflectance of sand, albedo of foam
+  Rgb extinction;            ///< of foam, per metre
+};
+
+/// Defaults for balls of `radius` metres: foam three mean free paths thick through its middle, and white.
+KindLook default_look(ParticleKind kind, double radius);
+
+/// Adds particles to the scene. Spray takes the material of `fluid`; water is not for this function: it is a fluid.
+/// No particle adds nothing.
+void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions, const KindLook& look,
+                   const MaterialDescription& fluid, const std::string& file = {});
+
+/// Makes the fluids of a scene touch each other without air between: each, in the order of rising priority, takes the
+/// particles of all after it into its own surface. Those do nothing to light there. Their radii and files stay behind.
+void join_fluids(std::vector<FluidDescription>& fluids);
+
+}  // namespace embrun
