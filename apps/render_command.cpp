@@ -172,9 +172,10 @@ void add_kind_options(CLI::App& c, RenderArguments& a) {
   add_files(c, "--bubbles", o.bubbles, "FILE of air bubbles", group);
   add_files(c, "--spray", o.spray, "FILE of drops on their own", group);
   add_files(c, "--sand", o.sand, "FILE of opaque grains", group);
-  c.add_option("--kinds", o.kinds,
-               "ATTRIBUTE:VALUE=KIND,...: kinds in the input itself, such as type:0=foam,1=spray,2=bubble; kinds: water "
-               "(all other values), foam, spray, bubble, sand, none")
+  c.add_option(
+       "--kinds", o.kinds,
+       "ATTRIBUTE:VALUE=KIND,...: kinds in the input itself, such as type:0=foam,1=spray,2=bubble; kinds: water "
+       "(all other values), foam, spray, bubble, sand, none")
       ->group(group);
   c.add_option("--foam-radius", o.foam_radius, "metres, where the file has none")
       ->default_str("1/2 of the water's")

@@ -38,9 +38,9 @@ struct Particles {
 /// Another fluid beside the first. It wins over the fluids before it where their surfaces overlap.
 struct FluidOptions {
   std::string file;
-  std::optional<double> ior;                  ///< default: RenderOptions::ior
-  std::optional<Color> absorption;            ///< default: RenderOptions::absorption
-  std::optional<Color> extinction, albedo;    ///< as RenderOptions::extinction and albedo; default: clear, white
+  std::optional<double> ior;                ///< default: RenderOptions::ior
+  std::optional<Color> absorption;          ///< default: RenderOptions::absorption
+  std::optional<Color> extinction, albedo;  ///< as RenderOptions::extinction and albedo; default: clear, white
   double phase_g = 0;
 };
 

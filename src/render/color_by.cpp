@@ -9,8 +9,8 @@
 namespace embrun {
 namespace {
 
-constexpr Rgb spectrum[] = {{0.02f, 0.06f, 0.80f}, {0.02f, 0.60f, 0.85f}, {0.10f, 0.75f, 0.10f},
-                            {0.95f, 0.85f, 0.05f}, {0.85f, 0.04f, 0.02f}};
+constexpr Rgb spectrum[] = {
+    {0.02f, 0.06f, 0.80f}, {0.02f, 0.60f, 0.85f}, {0.10f, 0.75f, 0.10f}, {0.95f, 0.85f, 0.05f}, {0.85f, 0.04f, 0.02f}};
 constexpr Rgb heat[] = {{0.05f, 0.0f, 0.0f}, {0.70f, 0.03f, 0.0f}, {0.95f, 0.45f, 0.02f}, {1.0f, 0.97f, 0.80f}};
 constexpr Rgb greys[] = {{0.02f, 0.02f, 0.02f}, {0.98f, 0.98f, 0.98f}};
 
@@ -40,8 +40,8 @@ ColorsByAttribute color_by_attribute(const ParticleSet& particles, const std::st
     std::string known;
     for (const Attribute& a : particles.attributes)
       if (a.strings.empty()) known += (known.empty() ? "" : ", ") + a.name;
-    throw Error(file + ": the particles have no attribute \"" + attribute + "\" of numbers to colour by; they have: " +
-                (known.empty() ? "none" : known));
+    throw Error(file + ": the particles have no attribute \"" + attribute +
+                "\" of numbers to colour by; they have: " + (known.empty() ? "none" : known));
   }
   const auto components = static_cast<std::size_t>(found->components);
   std::vector<double> values(particles.size());
@@ -49,7 +49,8 @@ ColorsByAttribute color_by_attribute(const ParticleSet& particles, const std::st
     values[i] = found->value(i * components);
     if (components == 1) continue;
     double squares = 0;
-    for (std::size_t c = 0; c < components; ++c) squares += found->value(i * components + c) * found->value(i * components + c);
+    for (std::size_t c = 0; c < components; ++c)
+      squares += found->value(i * components + c) * found->value(i * components + c);
     values[i] = std::sqrt(squares);
   }
   ColorsByAttribute result;
@@ -58,7 +59,9 @@ ColorsByAttribute color_by_attribute(const ParticleSet& particles, const std::st
   std::sort(sorted.begin(), sorted.end());
   result.least = sorted.front();
   result.most = sorted.back();
-  const auto quantile = [&](double q) { return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))]; };
+  const auto quantile = [&](double q) {
+    return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))];
+  };
   result.low = quantile(0.01);
   result.high = quantile(0.99);
   const double range = result.high - result.low;

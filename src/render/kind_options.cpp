@@ -160,7 +160,8 @@ void check_kind_options(const RenderOptions& o) {
     if (other.absorption) fluid.material.absorption = to_rgb(*other.absorption);
     std::vector<std::string> notes;
     if (other.extinction)
-      fluid.medium = medium_of({}, *other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, o, notes, "");
+      fluid.medium =
+          medium_of({}, *other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, o, notes, "");
     scene.fluids.push_back(fluid);
   }
   validate(scene);

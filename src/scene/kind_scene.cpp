@@ -49,8 +49,8 @@ KindLook default_look(ParticleKind kind, double radius) {
   return look;
 }
 
-void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions, const KindLook& look,
-                   const MaterialDescription& fluid, const std::string& file) {
+void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
+                   const KindLook& look, const MaterialDescription& fluid, const std::string& file) {
   EMBRUN_CHECK(kind != ParticleKind::water);
   if (positions.empty()) return;
   switch (kind) {

@@ -31,8 +31,8 @@ KindLook default_look(ParticleKind kind, double radius);
 
 /// Adds particles to the scene. Spray takes the material of `fluid`; water is not for this function: it is a fluid.
 /// No particle adds nothing.
-void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions, const KindLook& look,
-                   const MaterialDescription& fluid, const std::string& file = {});
+void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
+                   const KindLook& look, const MaterialDescription& fluid, const std::string& file = {});
 
 /// Makes the fluids of a scene touch each other without air between: each, in the order of rising priority, takes the
 /// particles of all after it into its own surface. Those do nothing to light there. Their radii and files stay behind.

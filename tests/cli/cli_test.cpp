@@ -199,6 +199,52 @@ TEST_F(Cli, EveryOptionIsTaken) {
   }
 }
 
+TEST_F(Cli, TakesOtherFluidsAndKindsOfParticle) {
+  std::ofstream(folder / "few.xyz") << "0.1 0.2 0.1\n0.3 0.5 0.3\n0.3 0.52 0.3\n";
+  std::ofstream(folder / "sized.csv") << "x,y,z,radius\n0.1,0.2,0.1,0.02\n0.2,0.5,0.3,0\n0.3,0.5,0.3,0.04\n";
+  std::ofstream(folder / "mixed.csv") << [] {
+    std::string text = "x,y,z,type,speed\n";
+    for (int i = 0; i < 216; ++i)
+      text += std::to_string(0.1 * (i % 6)) + "," + std::to_string(0.1 * (i / 6 % 6)) + "," +
+              std::to_string(0.1 * (i / 36)) + "," + std::to_string(i % 20 == 0 ? i / 20 % 3 : 3) + "," +
+              std::to_string(i) + "\n";
+    return text;
+  }();
+  const char* renders[] = {
+      "water.xyz --foam few.xyz --bubbles few.xyz --spray few.xyz --sand few.xyz",
+      "water.xyz --bubbles few.xyz --bubbles sized.csv --bubble-radius 0.03",
+      "water.xyz --sand sized.csv --sand-color 0.3,0.2,0.1 --spray sized.csv --foam sized.csv --foam-extinction 20",
+      "water.xyz --foam few.xyz --foam-radius 0.1 --spray few.xyz --spray-radius 0.01 --sand few.xyz --sand-radius 0.1",
+      "mixed.csv --kinds type:0=foam,1=spray,2=bubble",
+      "mixed.csv --kinds type:9=sand",  // none of that kind
+      "mixed.csv --color-by speed --color-map heat",
+      "water.xyz --extinction 5,2,1 --albedo 0.9 --phase-g 0.6 --density-radius 0.08",
+      "water.xyz --fluid few.xyz:ior=1.4:absorption=1,2,3 --radius 0.05",
+      "water.xyz --fluid few.xyz:extinction=5:albedo=0.5,0.6,0.7:g=-0.2 --overlap max --radius 0.05",
+      "water.xyz --fluid few.xyz --fluid few.xyz --radius 0.05",
+      "few.xyz --radius 0.1",
+      "water.xyz --container -0.1,-0.1,-0.1,0.7,1,0.7 --tank 0.05 --tank-ior 1.6"};
+  for (const char* arguments : renders) {
+    const Outcome outcome = run(std::string("render -q -o x.png --size 12x8 --spp 1 --order 2 ") + arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
+    EXPECT_TRUE(fs::remove(folder / "x.png")) << arguments;
+  }
+  // A lone particle is a fluid too.
+  std::ofstream(folder / "one.xyz") << "0 0 0\n";
+  EXPECT_EQ(run("render one.xyz -q -o x.png --radius 0.1" + small).exit_code, 0);
+}
+
+// What was chosen for other particles is said.
+TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
+  std::ofstream(folder / "few.xyz") << "0.1 0.2 0.1\n0.3 0.5 0.3\n";
+  std::ofstream(folder / "mixed.csv") << "x,y,z,speed\n0,0,0,1\n0.1,0,0,2\n0,0.1,0,4\n0,0,0.1,3\n";
+  const Outcome outcome = run("render water.xyz -o x.png --bubbles few.xyz --radius 0.04" + small);
+  EXPECT_NE(outcome.out.find("few.xyz: 2 bubbles of radius 0.01 m, 0.25 of the water's"), std::string::npos)
+      << outcome.out;
+  const Outcome colored = run("render mixed.csv -o x.png --color-by speed --radius 0.06" + small);
+  EXPECT_NE(colored.out.find("coloured by speed: 1 to 4"), std::string::npos) << colored.out;
+}
+
 TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
   ASSERT_EQ(run("render water.xyz -q -o sky.hdr --size 64x32 --spp 1").exit_code, 0);
   std::ofstream(folder / "mesh.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
@@ -254,6 +300,23 @@ TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz -o x.png --max-depth 100000", 2, "depth 100000");
   expect_refused("render water.xyz -o x.png --threads -1", 2, "-1 threads");
   expect_refused("render water.xyz -o x.png --seed -1", 2, "--seed");
+  expect_refused("render water.xyz -o x.png --extinction 1,2", 2, "--extinction: \"1,2\" is not 3 finite numbers");
+  expect_refused("render water.xyz -o x.png --extinction=-1", 2, "extinction");
+  expect_refused("render water.xyz -o x.png --extinction 1 --albedo 1.5", 2, "albedo");
+  expect_refused("render water.xyz -o x.png --extinction 1 --phase-g 1", 2, "g = 1");
+  expect_refused("render water.xyz -o x.png --overlap add", 2, "min, max, sum");
+  expect_refused("render water.xyz -o x.png --color-map red", 2, "spectrum, heat, grey");
+  expect_refused("render water.xyz -o x.png --kinds type", 2, "kinds \"type\"");
+  expect_refused("render water.xyz -o x.png --kinds type:1=lava", 2, "\"lava\"");
+  expect_refused("render water.xyz -o x.png --bubble-radius 0", 2, "radius 0 of bubbles");
+  expect_refused("render water.xyz -o x.png --foam-extinction=-3", 2, "extinction");
+  expect_refused("render water.xyz -o x.png --sand-color 2,0,0", 2, "reflectance");
+  expect_refused("render water.xyz -o x.png --tank 0.1", 2, "needs a container");
+  expect_refused("render water.xyz -o x.png --container 0,0,0,1,1,1 --tank -1", 2, "thickness -1");
+  expect_refused("render water.xyz -o x.png --container 0,0,0,1,1,1 --tank 0.1 --tank-ior 0.5", 2, "refractive index");
+  expect_refused("render water.xyz -o x.png --fluid water.xyz:color=red", 2, "\"color\"");
+  expect_refused("render water.xyz -o x.png --fluid water.xyz:ior=0.3", 2, "refractive index 0.3");
+  expect_refused("render water.xyz -o x.png --fluid :ior=1.3", 2, "--fluid");
 }
 
 TEST_F(Cli, BadFilesEndIn1) {
@@ -272,6 +335,17 @@ TEST_F(Cli, BadFilesEndIn1) {
 }
 
 // The output is looked at before the particles are: a typing mistake does not cost a render.
+TEST_F(Cli, BadKindsOfParticleEndIn1) {
+  expect_refused("render water.xyz -o x.png --foam none.xyz", 1, "none.xyz");
+  expect_refused("render water.xyz -o x.png --fluid none.xyz", 1, "none.xyz");
+  expect_refused("render water.xyz -o x.png --color-by speed", 1, "no attribute \"speed\"");
+  expect_refused("render water.xyz -o x.png --kinds type:1=foam", 1, "no attribute \"type\"");
+  std::ofstream(folder / "foam.csv") << "x,y,z,type\n0,0,0,1\n1,0,0,1\n";
+  expect_refused("render foam.csv -o x.png --kinds type:1=foam", 1, "no particle is water");
+  std::ofstream(folder / "none.csv") << "x,y,z,radius\n0,0,0,0\n1,0,0,0\n";
+  expect_refused("render water.xyz -o x.png --bubbles none.csv", 1, "half of the bubbles have none");
+}
+
 TEST_F(Cli, ABadOutputIsFoundFirst) {
   const Outcome outcome = run("render none.bgeo -o x.jpeg2000");
   EXPECT_EQ(outcome.exit_code, 1);
