@@ -13,7 +13,7 @@ namespace embrun {
 
 /// The particles of a render, measured.
 struct MeasuredParticles {
-  std::string file;  ///< where they are from, or empty
+  std::string file;       ///< where they are from, or empty
   ParticleSet particles;  ///< of water
   SpacingEstimate spacing;
   RadiusChoice radius;
