@@ -76,6 +76,28 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
                                                                        low, high, guess, starts_on_surface, at_low, t);
 }
 
+/// Where the recovered field is farther from 0 than this at a crossing of the main one that is not exact yet, it is so at
+/// the exact place too.
+inline constexpr float close_to_surface = 0.3f;
+
+/// Newton's steps to a crossing of F = sign * g near t: first_crossing may leave the last ones to fill_hit, but where the
+/// two fields cross close to each other their order is told by the exact places alone.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
+EMBRUN_LOCAL_FN float refine_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                      const Vec3& direction, float sign, float t) {
+  for (int i = 0; i < 4; ++i) {
+    const FieldOnLine g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, origin + direction * t,
+                                                                                      direction, 0.0f, 0.0f);
+    const float slope = sign * g.slope;
+    if (!(slope > 0.0f)) break;
+    const float longest = min_of(0.1f, 0.5f / slope);
+    const float step = clamp(-sign * g.value / slope, -longest, longest);
+    t += step;
+    if (fabsf(step) < 10.0f * crossing_tolerance) break;
+  }
+  return t;
+}
+
 /// First crossing of the union's surface within [low, high] of one near cell; `model` is that of model_along.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
@@ -92,6 +114,11 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
                                                        max_of(low, start.clear_main), high, main_start, hit.t)) {
       hit.branch = SurfaceBranch::main;
       found = true;
+      if (has_recovered) {
+        hit.t =
+            clamp(refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, 1.0f, hit.t),
+                  low, high);
+      }
       high = hit.t;
     }
     float t;
@@ -114,11 +141,19 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
         return false;
       }
       if (i > 0 && t <= low + crossing_tolerance) return true;
+      if (has_recovered && fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(
+                               s, cell, origin + direction * t)) < close_to_surface) {
+        t = clamp(refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, -1.0f, t), low,
+                  high);
+      }
       hit = {t, SurfaceBranch::main};
       low = t;
     }
     if (!has_recovered) return true;
-    low = max_of(low, start.clear_recovered);
+    if (start.clear_recovered > low) {
+      low = start.clear_recovered;
+      hit = {low, SurfaceBranch::recovered};
+    }
     if (low > high) return false;
     const bool may_start = recovered_start && i == 0;
     FieldOnLine r;
@@ -136,6 +171,10 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     }
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, t)) {
       return false;
+    }
+    if (has_main) {
+      t = clamp(refine_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, -1.0f, t),
+                low, high);
     }
     hit = {t, SurfaceBranch::recovered};
     low = t;

@@ -128,6 +128,32 @@ TEST(FastTracer, LeavesTheRecoveredFieldBehindTheMainOne) {
   }
 }
 
+TEST(Tracer, TellsTheOrderOfTwoFieldsThatCrossCloseTogether) {
+  // Rays from within a lone particle into the fluid, which begins some hundredths of R0 before the particle ends, or
+  // after: found by the oracle among 10^5.
+  const OracleScene scene = make_scene(EMBRUN_DATA_DIR "/dam_break.bgeo", 3, 1);
+  const oracle::Surface surface =
+      oracle_surface(scene, resolve_surface_model(scene.positions, scene.radii, scene.settings));
+  const auto ray_from = [](Vec3 origin, Vec3 direction) {
+    TestRay ray;
+    ray.ray.origin = origin;
+    ray.ray.direction = direction;
+    ray.side = Side::inside;
+    return ray;
+  };
+  const std::vector<TestRay> rays{
+      ray_from({-0x1.2f1ac2p+0f, 0x1.25add4p+0f, -0x1.67296ep-1f}, {0x1.68f1ap-2f, -0x1.6aa428p-1f, -0x1.392756p-1f}),
+      ray_from({-0x1.a63542p-2f, 0x1.54c3aep+0f, -0x1.ad13ap-1f}, {0x1.0bd73cp-2f, -0x1.c203e4p-2f, -0x1.b7fa74p-1f}),
+      ray_from({-0x1.180e96p+1f, 0x1.9d9f78p-1f, -0x1.a1649cp-1f}, {0x1.0b5b72p-5f, -0x1.53567p-1f, -0x1.7f089ap-1f})};
+  std::vector<Intersector> intersectors;
+  const std::vector<Tracer> tracers = make_fast_tracers(scene.positions, scene.radii, scene.settings);
+  for (const Tracer& tracer : tracers) intersectors.push_back(tracer.intersect);
+  for (const OracleReport& report : judge_rays(scene, surface, intersectors, rays)) {
+    EXPECT_EQ(report.wrong_count(), 0u) << report.summary();
+    EXPECT_EQ(report.hits, rays.size());
+  }
+}
+
 TEST(ThesisTracer, FindsTheFirstCrossingsThatItsStepsAllow) {
   // It samples at most R0/2 apart, so it may pass shallow penetrations: 2 in 100 here, none of them a camera ray's that
   // goes deep. The fast tracer is held to nothing.
