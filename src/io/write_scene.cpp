@@ -293,6 +293,7 @@ void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, st
   need_file(fluid.file, "fluid", index);
   xml.open("shape type=\"particles\"");
   xml.file(fluid.file);
+  if (!fluid.kinds.empty()) xml.text("kinds", fluid.kinds);
   if (fluid.radii.empty()) xml.real("radius", fluid.surface.radius);
   write(xml, fluid.surface);
   if (fluid.method == SurfaceMethod::thesis) xml.text("method", "thesis");
@@ -301,6 +302,7 @@ void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, st
     xml.point("container_high", fluid.container->high);
   }
   if (!fluid.wets_container) xml.flag("wets_container", false);
+  if (fluid.wall_overlap != 0) xml.real("wall_overlap", fluid.wall_overlap);
   xml.placement(fluid.placement);
   write_material(xml, pictures, fluid.material);
   if (fluid.medium) write(xml, *fluid.medium);
@@ -312,6 +314,7 @@ void write(Xml& xml, const VolumeDescription& volume, std::size_t index) {
   xml.open("shape type=\"particles\"");
   xml.text("kind", "foam");
   xml.file(volume.file);
+  if (!volume.kinds.empty()) xml.text("kinds", volume.kinds);
   if (volume.radii.empty()) xml.real("radius", volume.radius);
   write(xml, volume.medium);
   xml.close();

@@ -46,7 +46,8 @@ Vec3d round_choice(Vec3d v, const Box3d& bounds) {
 
 FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptions& options) {
   FluidDescription fluid;
-  if (options.kinds.empty()) fluid.file = measured.file;  // else it holds more than the water
+  fluid.file = measured.file;
+  fluid.kinds = options.kinds;
   fluid.positions = measured.particles.positions;
   fluid.radii = measured.radius.radii;
   fluid.surface.kernel = kernel_from_name(options.kernel);

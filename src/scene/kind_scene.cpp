@@ -49,6 +49,11 @@ KindLook default_look(ParticleKind kind, double radius) {
   return look;
 }
 
+MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid) {
+  if (kind == ParticleKind::bubble) return dielectric_material(1, {}, bubble_priority);
+  return kind == ParticleKind::sand ? diffuse_material(sand_brown) : fluid;
+}
+
 void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
                    const KindLook& look, const MaterialDescription& fluid, const std::string& file) {
   EMBRUN_CHECK(kind != ParticleKind::water);
@@ -66,9 +71,7 @@ void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector
       break;
     }
     case ParticleKind::bubble:
-      scene.balls.push_back(balls_of(positions, look, dielectric_material(1, {}, bubble_priority)));
-      break;
-    case ParticleKind::spray: scene.balls.push_back(balls_of(positions, look, fluid)); break;
+    case ParticleKind::spray: scene.balls.push_back(balls_of(positions, look, default_material(kind, fluid))); break;
     case ParticleKind::sand: scene.balls.push_back(balls_of(positions, look, diffuse_material(look.color))); break;
     case ParticleKind::water:
     case ParticleKind::none: break;

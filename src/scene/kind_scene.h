@@ -29,6 +29,9 @@ struct KindLook {
 /// Defaults for balls of `radius` metres: foam three mean free paths thick through its middle, and white.
 KindLook default_look(ParticleKind kind, double radius);
 
+/// What balls of a kind (bubble, spray, sand) are made of in a scene whose water is `fluid`.
+MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid);
+
 /// Adds particles to the scene. Spray takes the material of `fluid`; water is not for this function: it is a fluid.
 /// No particle adds nothing.
 void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,

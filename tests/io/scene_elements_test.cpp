@@ -589,15 +589,42 @@ TEST(SceneParticles, OfOtherKinds) {
   EXPECT_EQ(foam.volumes[0].radius, 0.25);
   EXPECT_EQ(foam.volumes[0].positions.size(), 3u);
   EXPECT_EQ(foam.volumes[0].medium.albedo, grey(1));
+  EXPECT_EQ(foam.volumes[0].medium.extinction, grey(6));  // three mean free paths in a diameter of 0.5
   const SceneDescription bubbles = kind("bubble");
   ASSERT_EQ(bubbles.balls.size(), 1u);
   EXPECT_EQ(bubbles.balls[0].balls.size(), 3u);
   EXPECT_EQ(bubbles.balls[0].balls[1].center, (Vec3d{1, 0, 0}));
   EXPECT_EQ(bubbles.balls[0].balls[1].radius, 0.25);
-  EXPECT_EQ(bubbles.balls[0].material, dielectric_material(1, {}, 2));  // wins over the water it is in
+  EXPECT_EQ(bubbles.balls[0].material.ior, 1);
+  EXPECT_GT(bubbles.balls[0].material.priority, 1);  // wins over the water it is in
   EXPECT_EQ(kind("sand").balls[0].material.kind, BsdfKind::diffuse);
   EXPECT_EQ(kind("spray").balls[0].material, dielectric_material(1.33));
   EXPECT_THROW(kind("steam"), Error);
+}
+
+// The density of the three particles, 1, 2 and 3, tells their kinds.
+TEST(SceneParticles, OfSeveralKindsInOneFile) {
+  const auto taken = [](const std::string& kind, const std::string& kinds) {
+    return particles_with("<float name=\"radius\" value=\"0.25\"/><string name=\"kind\" value=\"" + kind +
+                          "\"/><string name=\"kinds\" value=\"" + kinds + "\"/>");
+  };
+  const std::string kinds = "density:2=sand,3=foam";
+  const SceneDescription foam = taken("foam", kinds);
+  ASSERT_EQ(foam.volumes[0].positions.size(), 1u);
+  EXPECT_EQ(foam.volumes[0].kinds, kinds);
+  EXPECT_EQ(taken("sand", kinds).balls[0].balls.size(), 1u);
+  EXPECT_EQ(taken("water", kinds).fluids[0].positions.size(), 1u);
+  for (const auto& [kind, mapping, message] :
+       {std::tuple{"spray", kinds.c_str(), "no particle is spray"}, std::tuple{"foam", "type:1=foam", "\"type\""},
+        std::tuple{"foam", "density", "give an attribute"}}) {
+    try {
+      taken(kind, mapping);
+      ADD_FAILURE() << mapping;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("scene.xml: line"), std::string::npos) << error.what();
+    }
+  }
 }
 
 TEST(SceneParticles, ScatterByValuesOrAttributes) {

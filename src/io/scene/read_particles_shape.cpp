@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "base/error.h"
 #include "io/read_particles.h"
 #include "io/scene/reading.h"
 #include "io/text.h"
+#include "particles/particle_kinds.h"
 #include "particles/radius.h"
 #include "particles/spacing.h"
+#include "scene/kind_scene.h"
 
 namespace embrun {
 namespace {
@@ -123,19 +126,30 @@ std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, Scen
 
 /// The particles of the file that the shape names, with a radius.
 struct SizedParticles {
-  std::string file;
+  std::string file, kinds;
   ParticleSet particles;
   double spacing = 0;
   RadiusChoice radius;
 };
 
-SizedParticles read_sized(SceneReading& reading, SceneObject& shape) {
+/// Only those of the kind, if the shape says how to tell it.
+SizedParticles read_sized(SceneReading& reading, SceneObject& shape, ParticleKind kind) {
   SizedParticles read;
   const std::optional<std::string> name = shape.text("filename");
   if (!name) shape.fail("'filename' is missing");
   read.file = reading.path_of(shape, *name);
   const std::vector<std::byte> bytes = reading.read_bytes(read.file);
   read.particles = read_particles_from_memory(bytes, read.file);
+  read.kinds = shape.text("kinds").value_or("");
+  if (!read.kinds.empty()) {
+    try {
+      auto sets = split_by_kind(read.particles, kind_mapping_from_text(read.kinds), read.file);
+      read.particles = std::move(sets[static_cast<std::size_t>(kind)]);
+    } catch (const Error& error) {
+      shape.fail(error.what());
+    }
+    if (read.particles.size() == 0) shape.fail(fmt::format("no particle is {} by 'kinds'", to_string(kind)));
+  }
   const SpacingEstimate spacing = estimate_spacing(read.particles);
   read.spacing = spacing.spacing;
   read.radius = choose_radius(read.particles, spacing, shape.number("radius"), read.file);
@@ -148,6 +162,7 @@ SizedParticles read_sized(SceneReading& reading, SceneObject& shape) {
 void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
   FluidDescription fluid;
   fluid.file = read.file;
+  fluid.kinds = read.kinds;
   read_surface(shape, fluid.surface);
   fluid.surface.spacing = read.spacing;
   fluid.surface.radius = static_cast<float>(read.radius.radius);
@@ -157,6 +172,7 @@ void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, 
   if (low.has_value() != high.has_value()) shape.fail("a container has both a 'container_low' and a 'container_high'");
   if (low) fluid.container = Box3d{*low, *high};
   fluid.wets_container = shape.flag("wets_container").value_or(fluid.wets_container);
+  fluid.wall_overlap = shape.number("wall_overlap", fluid.wall_overlap);
   fluid.placement = compose(outer, shape.placement("to_world"));
   fluid.material = take_material(reading, shape, dielectric_material(1.33));
   fluid.medium = read_medium(reading, shape, read.particles);
@@ -171,7 +187,9 @@ void add_volume(SceneReading& reading, SceneObject& shape, SizedParticles& read,
   if (!(outer == Placement{})) shape.fail("foam cannot be part of a shapegroup");
   VolumeDescription volume;
   volume.file = read.file;
+  volume.kinds = read.kinds;
   volume.radius = static_cast<double>(static_cast<float>(read.radius.radius));
+  volume.medium.extinction = default_look(ParticleKind::foam, volume.radius).extinction;
   volume.medium = read_medium(reading, shape, read.particles).value_or(volume.medium);
   shape.finish();
   volume.positions = std::move(read.particles.positions);
@@ -195,20 +213,22 @@ void add_balls(SceneReading& reading, SceneObject& shape, const SizedParticles& 
 }  // namespace
 
 void read_particles_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
-  enum class Kind { water, foam, bubble, sand, spray };
-  const Kind kind = choice<Kind>(shape, "kind", Kind::water,
-                                 {{"water", Kind::water},
-                                  {"foam", Kind::foam},
-                                  {"bubble", Kind::bubble},
-                                  {"sand", Kind::sand},
-                                  {"spray", Kind::spray}});
-  SizedParticles read = read_sized(reading, shape);
+  const ParticleKind kind = choice<ParticleKind>(shape, "kind", ParticleKind::water,
+                                                 {{"water", ParticleKind::water},
+                                                  {"foam", ParticleKind::foam},
+                                                  {"bubble", ParticleKind::bubble},
+                                                  {"sand", ParticleKind::sand},
+                                                  {"spray", ParticleKind::spray}});
+  SizedParticles read = read_sized(reading, shape, kind);
   switch (kind) {
-    case Kind::water: add_fluid(reading, shape, read, outer); break;
-    case Kind::foam: add_volume(reading, shape, read, outer); break;
-    case Kind::bubble: add_balls(reading, shape, read, outer, dielectric_material(1, {}, 2)); break;
-    case Kind::sand: add_balls(reading, shape, read, outer, diffuse_material({0.45f, 0.28f, 0.17f})); break;
-    case Kind::spray: add_balls(reading, shape, read, outer, dielectric_material(1.33)); break;
+    case ParticleKind::foam: add_volume(reading, shape, read, outer); break;
+    case ParticleKind::water: add_fluid(reading, shape, read, outer); break;
+    case ParticleKind::bubble:
+    case ParticleKind::sand:
+    case ParticleKind::spray:
+      add_balls(reading, shape, read, outer, default_material(kind, dielectric_material(1.33)));
+      break;
+    case ParticleKind::none: break;
   }
 }
 
