@@ -65,8 +65,9 @@ ParticleMediumDescription medium_of(const ParticleSet& particles, const Color& e
 
 /// Adds one set of particles of a kind.
 void add_set(SceneDescription& scene, const KindOptions& kind, const ParticleSet& particles,
-             const RenderOptions& options, double fluid_radius, const std::string& name,
+             const RenderOptions& options, double fluid_radius, const ParticleSource& source,
              std::vector<std::string>& notes) {
+  const std::string name = source.file.empty() ? "particles" : source.file;
   if (particles.size() == 0) {
     notes.push_back(fmt::format("{}: no {}", name, kind.plural));
     return;
@@ -93,7 +94,7 @@ void add_set(SceneDescription& scene, const KindOptions& kind, const ParticleSet
   }
   if (kind.kind == ParticleKind::foam && options.foam_extinction) look.extinction = to_rgb(*options.foam_extinction);
   if (kind.kind == ParticleKind::sand && options.sand_color) look.color = to_rgb(*options.sand_color);
-  add_particles(scene, kind.kind, particles.positions, look, scene.fluids.front().material, name);
+  add_particles(scene, kind.kind, particles.positions, look, scene.fluids.front().material, source);
 }
 
 void add_fluid(SceneDescription& scene, const FluidOptions& other, const RenderOptions& options, Box3d& bounds,
@@ -199,10 +200,11 @@ void add_other_particles(SceneDescription& scene, const MeasuredParticles& measu
   for (const FluidOptions& other : options.fluids) add_fluid(scene, other, options, bounds, notes);
   for (const KindOptions& kind : kinds_of(options)) {
     const auto of_file = static_cast<std::size_t>(kind.kind);
-    if (of_file < measured.others.size())
-      add_set(scene, kind, measured.others[of_file], options, measured.radius.radius, "of the file", notes);
+    if (of_file < measured.others.size() && measured.others[of_file].size() > 0)
+      add_set(scene, kind, measured.others[of_file], options, measured.radius.radius, {measured.file, options.kinds},
+              notes);
     for (const std::string& file : kind.files)
-      add_set(scene, kind, read_particles(file), options, measured.radius.radius, file, notes);
+      add_set(scene, kind, read_particles(file), options, measured.radius.radius, {file, ""}, notes);
   }
   join_fluids(scene.fluids);
   add_tank(scene, options);

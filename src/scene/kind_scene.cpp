@@ -43,7 +43,7 @@ double default_kind_radius(ParticleKind kind, double fluid_radius) {
 
 KindLook default_look(ParticleKind kind, double radius) {
   KindLook look;
-  look.radius = radius;
+  look.radius = static_cast<double>(static_cast<float>(radius));  // as files hold it
   look.color = kind == ParticleKind::sand ? sand_brown : grey(1);
   look.extinction = grey(static_cast<float>(1.5 / radius));
   return look;
@@ -55,7 +55,7 @@ MaterialDescription default_material(ParticleKind kind, const MaterialDescriptio
 }
 
 void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
-                   const KindLook& look, const MaterialDescription& fluid, const std::string& file) {
+                   const KindLook& look, const MaterialDescription& fluid, const ParticleSource& source) {
   EMBRUN_CHECK(kind != ParticleKind::water);
   if (positions.empty()) return;
   switch (kind) {
@@ -66,7 +66,8 @@ void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector
       volume.radius = look.radius;
       volume.medium.extinction = look.extinction;
       volume.medium.albedo = look.color;
-      volume.file = file;
+      volume.file = source.file;
+      volume.kinds = source.kinds;
       scene.volumes.push_back(std::move(volume));
       break;
     }

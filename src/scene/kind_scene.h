@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "particles/particle_kinds.h"
@@ -32,10 +33,15 @@ KindLook default_look(ParticleKind kind, double radius);
 /// What balls of a kind (bubble, spray, sand) are made of in a scene whose water is `fluid`.
 MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid);
 
+/// Where particles are from: a file, and how they were told from its others. Empty: from nowhere.
+struct ParticleSource {
+  std::string file, kinds;
+};
+
 /// Adds particles to the scene. Spray takes the material of `fluid`; water is not for this function: it is a fluid.
 /// No particle adds nothing.
 void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
-                   const KindLook& look, const MaterialDescription& fluid, const std::string& file = {});
+                   const KindLook& look, const MaterialDescription& fluid, const ParticleSource& source = {});
 
 /// Makes the fluids of a scene touch each other without air between: each, in the order of rising priority, takes the
 /// particles of all after it into its own surface. Those do nothing to light there. Their radii and files stay behind.

@@ -35,7 +35,7 @@ TEST(KindScene, KindsBecomeTheirElements) {
   look.radii = {0.25f, 0.75f};
   for (const ParticleKind kind :
        {ParticleKind::foam, ParticleKind::bubble, ParticleKind::spray, ParticleKind::sand, ParticleKind::none})
-    add_particles(scene, kind, two, look, water, "f");
+    add_particles(scene, kind, two, look, water, {"f", ""});
   add_particles(scene, ParticleKind::sand, {}, look, water);
   ASSERT_EQ(scene.volumes.size(), 1u);
   EXPECT_EQ(scene.volumes[0].radii, look.radii);
