@@ -85,7 +85,7 @@ inline constexpr float close_to_surface = 0.3f;
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN float refine_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                                       const Vec3& direction, float sign, float t) {
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const FieldOnLine g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, origin + direction * t,
                                                                                       direction, 0.0f, 0.0f);
     const float slope = sign * g.slope;
@@ -93,7 +93,8 @@ EMBRUN_LOCAL_FN float refine_crossing(const ImplicitSurfaceView& s, const Surfac
     const float longest = min_of(0.1f, 0.5f / slope);
     const float step = clamp(-sign * g.value / slope, -longest, longest);
     t += step;
-    if (fabsf(step) < 10.0f * crossing_tolerance) break;
+    // The next step would be smaller by a square; where radii differ, small against the scale of the field's change.
+    if (fabsf(step) < 10.0f * crossing_tolerance * (equal_radii ? 1.0f : min_of(1.0f, 1.0f / slope))) break;
   }
   return t;
 }

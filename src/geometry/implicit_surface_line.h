@@ -66,14 +66,18 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
   // What the last evaluation that did not reach back to `low` proved: no crossing in (free_from, free_to).
   LineExpansion skipped{};
   float free_from = infinity, free_to = 0.0f;
+  // How far ahead of `low` bounds are asked for there: less where something small ahead makes steps short.
+  float horizon = infinity;
   for (int i = 0; i < 200; ++i) {
     const Vec3 y = origin + direction * t;
     const float end = min_of(high, sure);
+    const bool from_low = t == low;
+    const float bound_end = from_low ? min_of(end, low + horizon) : end;
     FieldOnLine g;
     if (i == 0 && at_low != nullptr) {
       g = *at_low;
     } else {
-      g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, end - t);
+      g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, bound_end - t);
     }
     LineExpansion f{t, sign * g.value, sign * g.slope, max_of(sign > 0.0f ? g.up : g.down, 1e-12f),
                     max_of(sign > 0.0f ? g.down : g.up, 1e-12f)};
@@ -87,12 +91,13 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     if (f.value < 0.0f) {
       const float root = sqrtf(disc);
       from = t - (f.slope > 0.0f ? (f.slope + root) / f.up : -2.0f * f.value / (root - f.slope));
-      to = min_of(t + (f.slope > 0.0f ? -2.0f * f.value / (f.slope + root) : (root - f.slope) / f.up), end + tolerance);
+      to = min_of(t + (f.slope > 0.0f ? -2.0f * f.value / (f.slope + root) : (root - f.slope) / f.up),
+                  bound_end < end ? bound_end : end + tolerance);
       // And over value + slope s - down s^2 / 2, which may prove a crossing.
       const float lower_disc = f.slope * f.slope + 2.0f * f.down * f.value;
       if (f.slope > 0.0f && lower_disc >= 0.0f) {
         const float proven = t - 2.0f * f.value / (f.slope + sqrtf(lower_disc));
-        if (proven <= end) sure = proven;
+        if (proven <= bound_end) sure = proven;
       }
     } else if (starts_on_surface && i == 0 && f.value < rounding_on_surface) {
       // The ray starts on the surface: rounding put it across. It leaves within the smaller root of the bound.
@@ -121,6 +126,10 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       free_from = from;
       free_to = to;
     } else {
+      if (from_low) {
+        const float asked = bound_end - low, step = to - low;
+        horizon = step < 0.25f * asked ? 0.25f * asked : step >= 0.99f * asked ? 4.0f * asked : horizon;
+      }
       low = max_of(low, to);
       if (free_from <= low) {
         // The interval that was skipped joins on: go on from what is known there.
@@ -152,6 +161,8 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
         t = low;
       } else if (newton > low && newton <= high) {
         t = newton;
+      } else if (free_from < infinity) {
+        t = low;
       } else if (branch == SurfaceBranch::main) {
         t = likely_crossing(model, low, high);
       } else {

@@ -154,6 +154,22 @@ TEST(Tracer, TellsTheOrderOfTwoFieldsThatCrossCloseTogether) {
   }
 }
 
+TEST(Tracer, PassesSmallParticlesOnItsWayToLargeOnes) {
+  // In cells where radii differ by orders of magnitude the bounds of the small ones once made steps too short to arrive.
+  const OracleScene scene = make_scene("log-uniform", 3, 1);
+  const oracle::Surface surface =
+      oracle_surface(scene, resolve_surface_model(scene.positions, scene.radii, scene.settings));
+  TestRay first, second;
+  first.ray.origin = {-0x1.d5f1a2p+0f, 0x1.636262p+1f, 0x1.4c6b98p+2f};
+  first.ray.direction = {0x1.ff7912p-2f, -0x1.8581c6p-2f, -0x1.8e83c4p-1f};
+  second.ray.origin = {0x1.1aa9fep-1f, 0x1.86c27cp+0f, 0x1.e3871cp+0f};
+  second.ray.direction = {-0x1.1fceaep-4f, -0x1.f78896p-1f, -0x1.55d904p-3f};
+  const Tracer tracer = make_tracer("fast", "", scene.positions, scene.radii, scene.settings);
+  const OracleReport report = judge_rays(scene, surface, tracer.intersect, {first, second});
+  EXPECT_EQ(report.wrong_count(), 0u) << report.summary();
+  EXPECT_EQ(report.hits, 2u);
+}
+
 TEST(ThesisTracer, FindsTheFirstCrossingsThatItsStepsAllow) {
   // It samples at most R0/2 apart, so it may pass shallow penetrations: 2 in 100 here, none of them a camera ray's that
   // goes deep. The fast tracer is held to nothing.
