@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <cstddef>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "io/read_scene.h"
@@ -18,9 +19,8 @@ inline ReadFileBytes reader_of(const Files& files) {
   return [&files](const std::string& path) {
     const auto file = files.find(path);
     if (file == files.end()) throw Error(path + ": cannot open");
-    std::vector<std::byte> bytes(file->second.size());
-    std::memcpy(bytes.data(), file->second.data(), bytes.size());
-    return bytes;
+    const auto* first = reinterpret_cast<const std::byte*>(file->second.data());
+    return std::vector<std::byte>(first, first + file->second.size());
   };
 }
 
