@@ -36,7 +36,7 @@ struct Subject {
   double hits[ray_class_count] = {};
 };
 
-constexpr float equal_block_radius = 0.0181f;  // as many particles as the mixed block has
+constexpr float equal_block_radius = 1.0f / 56.0f;  // 28 layers: as many particles as the mixed block has
 
 SurfaceSettings settings_of(float radius, double spacing) {
   SurfaceSettings settings;
@@ -87,8 +87,12 @@ Subject with_dust(const Subject& equal) {
   return s;
 }
 
+/// Layers of particles from top to bottom of each slab of the mixed block: whole numbers, so that all slabs end at the
+/// same height and the block has the shape of the even one; in nearly equal steps of the logarithm, neighbours far apart.
+constexpr int slab_layers[] = {50, 17, 7, 32, 11, 43, 15, 6, 27, 9, 37, 13, 5, 23, 8, 20};
+
 /// A block of water of 4 x 1 x 1 m. Mixed: sixteen slabs across it, each sampled as finely as its own radius has it, from
-/// 0.01 to 0.1 in equal steps of the logarithm, neighbours far apart.
+/// 0.01 to 0.1.
 Subject block(bool mixed) {
   Subject s;
   s.name = mixed ? "block, radii log-uniform" : "block";
@@ -110,9 +114,13 @@ Subject block(bool mixed) {
     s.settings = settings_of(equal_block_radius, 0);
     return s;
   }
-  for (int slab = 0; slab < 16; ++slab) {
-    const float radius = 0.01f * std::pow(10.0f, static_cast<float>(slab * 7 % 16) / 15.0f);
-    fill(0.25f * static_cast<float>(slab), 0.25f * static_cast<float>(slab + 1), radius);
+  float low = 0;
+  for (const int layers : slab_layers) {
+    // About 0.25 wide, and a whole number of layers again: no gaps between the slabs.
+    const float step = 1.0f / static_cast<float>(layers);
+    const float width = std::round(0.25f / step) * step;
+    fill(low, low + width, 0.5f * step);
+    low += width;
   }
   s.settings = settings_of(0.0316f, 0);
   return s;

@@ -133,6 +133,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   }
   // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other; where a field is
   // under its threshold already, its crossing is found at once.
+  const float begin = low;
   hit = {low, SurfaceBranch::main};
   for (int i = 0; i < 16; ++i) {
     float t = low;
@@ -141,7 +142,12 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
                                               high, main_start && i == 0, t)) {
         return false;
       }
-      if (i > 0 && t <= low + crossing_tolerance) return true;
+      if (i > 0 && t <= low + crossing_tolerance) {
+        // Both end here; the later one by their exact places is the surface.
+        t = refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, -1.0f, t);
+        if (t > low && t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = {t, SurfaceBranch::main};
+        return true;
+      }
       if (has_recovered && fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(
                                s, cell, origin + direction * t)) < close_to_surface) {
         t = clamp(refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, -1.0f, t), low,
@@ -156,7 +162,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       hit = {low, SurfaceBranch::recovered};
     }
     if (low > high) return false;
-    const bool may_start = recovered_start && i == 0;
+    const bool may_start = recovered_start && i == 0 && low <= begin + crossing_tolerance;
     FieldOnLine r;
     const FieldOnLine* at_low = nullptr;
     bool starts = false;

@@ -90,6 +90,13 @@ EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
   }
 }
 
+/// Of the line along the unit vector `d` through the point, from the particles; `ahead` is p . d. Not |p|^2 - ahead^2: a
+/// small particle is hundreds of its radii away, and nothing would be left of the difference.
+EMBRUN_FN F16 squared_distance_of_line(const ParticleLanes& p, F16 ahead, Vec3 d) {
+  const F16 x = p.x - ahead * d.x, y = p.y - ahead * d.y, z = p.z - ahead * d.z;
+  return x * x + y * y + z * z;
+}
+
 /// How far the bounds of field_on_line hold.
 enum class BoundsFor {
   line,     ///< everywhere in the cell
@@ -105,11 +112,12 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
     const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
     const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
     const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
+    const F16 aside = equal_radii ? max_of(q - ahead * ahead, splat(0.0f)) : squared_distance_of_line(p, ahead, d);
     LineLanes f;
     if constexpr (bounds == BoundsFor::segment) {
-      f = KernelLanes<kernel>::on_segment(q, ahead, p.inverse_influence * begin, p.inverse_influence * end);
+      f = KernelLanes<kernel>::on_segment(q, ahead, aside, p.inverse_influence * begin, p.inverse_influence * end);
     } else {
-      f = KernelLanes<kernel>::on_line(q, ahead);
+      f = KernelLanes<kernel>::on_line(q, ahead, aside);
     }
     F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
     if constexpr (branch == SurfaceBranch::recovered) {
@@ -202,9 +210,8 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
   F16 begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;
   for (std::uint32_t i = 0; i < cell.recovered_blocks; ++i) {
     const ParticleLanes p = load_block<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
-    const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
     const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
-    const F16 beside = max_of(q - ahead * ahead, zero);
+    const F16 beside = squared_distance_of_line(p, ahead, d);
     const F16 radius = 1.0f / p.inverse_influence;
     const F16 chord = max_of(edge - beside, splat(1e-12f));
     const F16 half = chord * rsqrt_of(chord);

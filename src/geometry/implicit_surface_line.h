@@ -47,9 +47,9 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
   return p.at(high) > p.at(low) ? high : low;
 }
 
-/// F at t of a ray, and -down <= F'' <= up as far as is asked about.
+/// F at t of a ray, and -down <= F'' <= up from where is asked about to `end`.
 struct LineExpansion {
-  float t, value, slope, up, down;
+  float t, value, slope, up, down, end;
 };
 
 /// First t in [low, high] at which F = sign * g reaches 0 from below, g the field of one branch. `origin` is relative
@@ -79,8 +79,12 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
     } else {
       g = field_on_line<kernel, branch, equal_radii, BoundsFor::segment>(s, cell, y, direction, low - t, bound_end - t);
     }
-    LineExpansion f{t, sign * g.value, sign * g.slope, max_of(sign > 0.0f ? g.up : g.down, 1e-12f),
-                    max_of(sign > 0.0f ? g.down : g.up, 1e-12f)};
+    LineExpansion f{t,
+                    sign * g.value,
+                    sign * g.slope,
+                    max_of(sign > 0.0f ? g.up : g.down, 1e-12f),
+                    max_of(sign > 0.0f ? g.down : g.up, 1e-12f),
+                    bound_end};
 
     // Where radii differ, what matters is small against the scale on which the field changes.
     const float tolerance =
@@ -145,7 +149,7 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       const float width = sure - low;
       // Found: within the tolerance, or where the slope cannot turn before it, so that the crossing is the only one
       // there and Newton's steps lead to it (fill_hit takes the last ones).
-      const bool monotone = f.slope > 2.0f * max_of(f.up, f.down) * max_of(f.t - low, sure - f.t);
+      const bool monotone = sure <= f.end && f.slope > 2.0f * max_of(f.up, f.down) * max_of(f.t - low, sure - f.t);
       if (width <= tolerance || monotone) {
         // F is at 0 or above at `low` already where Newton's step leads back beyond it.
         t_hit = newton < sure ? max_of(newton, low) : 0.5f * (low + sure);

@@ -62,33 +62,32 @@ struct KernelLanes<Kernel::metaball> {
     const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
     return 1.5f * outer * outer - 0.5f * core * core;
   }
-  /// `ahead`: (p_i - x) . d. The bounds hold on the whole line. Outside the core f'' = 3(1 - h^2/u^3), h the line's distance from the centre:
+  /// `ahead`: (p_i - x) . d; `aside`: the squared distance h^2 of the line from the centre. The bounds hold on the whole line. Outside the core f'' = 3(1 - h^2/u^3), h the line's distance from the centre:
   /// at most 3(1 - h^2), at least -3(1/h - 1), which the chord 2.25(1 - h^2) bounds; in the core it is -6.
-  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead, F16 aside) {
     const F16 safe = max_of(q, splat(1e-12f));
     const F16 inverse = rsqrt_of(safe);
     const F16 u = safe * inverse;
     const F16 outer = max_of(1.0f - u, splat(0.0f));
     const F16 core = max_of(1.0f - 3.0f * u, splat(0.0f));
-    const F16 beside = max_of(1.0f - (q - ahead * ahead), splat(0.0f));
+    const F16 beside = max_of(1.0f - aside, splat(0.0f));
     return {1.5f * outer * outer - 0.5f * core * core, 3.0f * (outer - core) * inverse * ahead, 3.0f * beside,
             min_of(splat(6.0f), 6.75f * beside)};
   }
   /// The same with bounds for the part of the line from `begin` to `end` (distances from the point) only, which are
   /// far tighter where that is short: f'' outside the core grows with u, so its extremes are at the part's nearest
   /// and farthest point from the centre. u^-3 = q^-1.5 is bounded by chords above and by tangents below (convex).
-  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16 begin, F16 end) {
-    LineLanes f = on_line(q, ahead);
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16 aside, F16 begin, F16 end) {
+    LineLanes f = on_line(q, ahead, aside);
     const F16 zero = splat(0.0f), one = splat(1.0f);
-    const F16 beside = max_of(q - ahead * ahead, zero);
     const F16 to_begin = begin - ahead, to_end = end - ahead;
     const F16 gap = max_of(max_of(to_begin, 0.0f - to_end), zero);
-    const F16 q_near = beside + gap * gap;
-    const F16 q_far = min_of(beside + max_of(to_begin * to_begin, to_end * to_end), one);
+    const F16 q_near = aside + gap * gap;
+    const F16 q_far = min_of(aside + max_of(to_begin * to_begin, to_end * to_end), one);
     const F16 above = max_of(max_of(42.2f - 136.8f * q_near, 13.172f - 20.686f * q_near), 4.657f - 3.6568f * q_near);
     const F16 below = max_of(max_of(20.0f - 48.0f * q_far, 7.071f - 8.4853f * q_far), 2.5f - 1.5f * q_far);
-    const F16 down = select_less(q_near, splat(1.0f / 9.0f), splat(6.0f), 3.0f * (beside * above) - 3.0f);
-    const F16 up = 3.0f - 3.0f * (beside * below);
+    const F16 down = select_less(q_near, splat(1.0f / 9.0f), splat(6.0f), 3.0f * (aside * above) - 3.0f);
+    const F16 up = 3.0f - 3.0f * (aside * below);
     f.down = select_less(q_near, one, min_of(max_of(down, zero), f.down), zero);
     f.up = select_less(q_near, one, max_of(up, zero), zero);
     return f;
@@ -126,13 +125,13 @@ struct KernelLanes<Kernel::zhu_bridson> {
     return w * w * w;
   }
   /// f'' = -6 w^2 + 24 w (q - h^2) with w = 1 - q: within +-6 (1 - h^2)^2.
-  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead, F16 aside) {
     const F16 w = max_of(1.0f - q, splat(0.0f));
-    const F16 beside = max_of(1.0f - (q - ahead * ahead), splat(0.0f));
+    const F16 beside = max_of(1.0f - aside, splat(0.0f));
     const F16 bound = 6.0f * beside * beside;
     return {w * w * w, 6.0f * w * w * ahead, bound, bound};
   }
-  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16 aside, F16, F16) { return on_line(q, ahead, aside); }
   /// Radial (1 - q)(30 q - 6), at most 4.8; across -6 (1 - q)^2; both at least -6 (1 - q)^2.
   static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {
     const F16 nearest = max_of(u - h, splat(0.0f));
@@ -158,9 +157,9 @@ struct KernelLanes<Kernel::blinn> {
   }
   /// With g = exp(w) at q and g_h at h^2, the line's squared distance from the centre, f'' = (4k^2 (q - h^2) - 2k) Sc g
   /// + 2k Sc: at most 4k exp(-1.5) Sc g_h + 2k Sc, where q - h^2 = 1.5/k; at least -2k Sc (g_h - 1), where q = h^2.
-  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead) {
+  static EMBRUN_FN LineLanes on_line(F16 q, F16 ahead, F16 aside) {
     const F16 zero = splat(0.0f);
-    const F16 w = above_cut(q), w_beside = above_cut(max_of(q - ahead * ahead, zero));
+    const F16 w = above_cut(q), w_beside = above_cut(aside);
     const F16 gauss = exp_of(w), beside = exp_of(w_beside);
     constexpr float k = blinn_exponent;
     const F16 down = 2.0f * k * blinn_scale * (beside - 1.0f);
@@ -168,7 +167,7 @@ struct KernelLanes<Kernel::blinn> {
     return {blinn_scale * max_of(gauss - 1.0f - w, zero), 2.0f * k * blinn_scale * (gauss - 1.0f) * ahead,
             select_less(zero, w_beside, up, zero), down};
   }
-  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16, F16) { return on_line(q, ahead); }
+  static EMBRUN_FN LineLanes on_segment(F16 q, F16 ahead, F16 aside, F16, F16) { return on_line(q, ahead, aside); }
   /// Radial (4k^2 u^2 - 2k) Sc g + 2k Sc, which rises up to k u^2 = 1.5 and falls beyond; across -2k Sc (g - 1), below
   /// the radial one.
   static EMBRUN_FN CurvatureLanes curvature_within(F16 u, F16 h) {

@@ -12,7 +12,7 @@ namespace embrun {
 namespace {
 
 /// A split cell's list is at least this long: shorter ones cost less to scan than to divide.
-constexpr std::size_t longest_unsplit_list = 256;
+constexpr std::size_t longest_unsplit_list = 40;
 constexpr int deepest_split = 12;
 
 }  // namespace
@@ -226,9 +226,10 @@ bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_
   const auto unit = static_cast<float>(plan_.units_per_grid);
   const std::size_t entries = is_main(record) ? listed : 0;
   if (entries + cell_recovered_.size() <= longest_unsplit_list) return false;
-  // Worth it if many are small against the cell: the others stay in every child's list.
+  // Worth it if many are small against the cell: the others stay in every child's list. Cells end at 1.25 to 2.5 radii
+  // of most of their particles; where radii are equal they have 2.
   std::size_t small = 0;
-  const auto limit = static_cast<float>(size) * unit;
+  const float limit = 0.4f * influence_factor_ * plan_.frame.support * static_cast<float>(size) * unit;
   for (std::size_t i = 0; i < entries; ++i) small += cell_.reach[i] < limit ? 1 : 0;
   for (const RecoveredParticle& r : cell_recovered_) {
     small += 1.0f / r.inverse_radius < static_cast<float>(size) ? 1 : 0;

@@ -46,7 +46,7 @@ void expect_line_values_and_bounds() {
     for (double t = -1.1 * support; t < 1.1 * support; t += 0.173) {
       // `ahead` is towards the centre: the derivative along the line is against t's sign.
       const auto q = static_cast<float>(h * h + t * t), ahead = static_cast<float>(-t);
-      const LineLanes line = KernelLanes<kernel>::on_line(splat(q), splat(ahead));
+      const LineLanes line = KernelLanes<kernel>::on_line(splat(q), splat(ahead), splat(static_cast<float>(h * h)));
       const double u = std::hypot(h, t);
       EXPECT_NEAR(first(line.value), oracle::kernel_value(judge, u), 4e-6) << h << ' ' << t;
       EXPECT_NEAR(first(line.slope), u > 0 ? oracle::kernel_slope(judge, u) * t / u : 0.0, 2e-5) << h << ' ' << t;
@@ -69,9 +69,9 @@ void expect_segment_bounds() {
           up = std::max(up, line_curvature(judge, h, t));
         }
         // Seen from the segment's begin.
-        const LineLanes line = KernelLanes<kernel>::on_segment(splat(static_cast<float>(h * h + begin * begin)),
-                                                               splat(static_cast<float>(-begin)), splat(0.0f),
-                                                               splat(static_cast<float>(extent)));
+        const LineLanes line = KernelLanes<kernel>::on_segment(
+            splat(static_cast<float>(h * h + begin * begin)), splat(static_cast<float>(-begin)),
+            splat(static_cast<float>(h * h)), splat(0.0f), splat(static_cast<float>(extent)));
         EXPECT_GE(first(line.down) + 1e-3, down) << h << ' ' << begin << ' ' << extent;
         EXPECT_GE(first(line.up) + 1e-3, up) << h << ' ' << begin << ' ' << extent;
       }
