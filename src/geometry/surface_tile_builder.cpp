@@ -11,8 +11,11 @@ namespace embrun {
 
 namespace {
 
-/// A split cell's list is at least this long: shorter ones cost less to scan than to divide.
-constexpr std::size_t longest_unsplit_list = 40;
+/// A split cell's list is longer than this: shorter ones cost less to scan than to divide. Half as long again as the lists
+/// of equal radii are, whose mean is about 7 n^2.
+std::size_t longest_unsplit_list(float influence_factor) {
+  return static_cast<std::size_t>(std::max(32.0f, 2.5f * influence_factor * influence_factor));
+}
 constexpr int deepest_split = 12;
 
 }  // namespace
@@ -225,7 +228,7 @@ bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_
   if (plan_.equal_radii) return false;
   const auto unit = static_cast<float>(plan_.units_per_grid);
   const std::size_t entries = is_main(record) ? listed : 0;
-  if (entries + cell_recovered_.size() <= longest_unsplit_list) return false;
+  if (entries + cell_recovered_.size() <= longest_unsplit_list(influence_factor_)) return false;
   // Worth it if many are small against the cell: the others stay in every child's list. Cells end at 1.25 to 2.5 radii
   // of most of their particles; where radii are equal they have 2.
   std::size_t small = 0;
