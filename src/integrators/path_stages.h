@@ -278,7 +278,8 @@ EMBRUN_LOCAL_FN bool start_shadow_ray(const PathScene& scene, const PathState& p
   // No light from infinity gets into a refracting medium but by refraction, which shadow rays don't do.
   const bool enclosed = scene.media[media.current()].ior != scene.media[0].ior;
   if (enclosed && !shadow.straight && !settings.straight_shadows && !(light.distance < infinity)) return false;
-  shadow.weight = settings.lights == LightStrategy::mis ? power_heuristic(light.pdf, other_pdf) : 1.0f;
+  // Nothing else finds lights without extent.
+  shadow.weight = settings.lights == LightStrategy::mis && !light.delta ? power_heuristic(light.pdf, other_pdf) : 1.0f;
   shadow.contribution = path.throughput * value * light.radiance * (shadow.weight / light.pdf);
   shadow.media = media;
   shadow.random = RandomStream(path.key, Dimension::shadow_tracking);
@@ -287,8 +288,8 @@ EMBRUN_LOCAL_FN bool start_shadow_ray(const PathScene& scene, const PathState& p
   shadow.ray.direction = light.direction;
   shadow.ray.clearance = {};
   shadow.ray.t_min = 0.0f;
-  // Stops short of the lamp, which is not in its own way.
-  shadow.ray.t_max = light.distance * (1.0f - 1e-4f);
+  // Stops short of a lamp, which is not in its own way.
+  shadow.ray.t_max = light.delta ? light.distance : light.distance * (1.0f - 1e-4f);
   return !is_black(shadow.contribution);
 }
 

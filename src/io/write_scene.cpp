@@ -424,8 +424,24 @@ void write(Xml& xml, const Pictures& pictures, const MeshDescription& mesh, std:
 
 // ---- lights ------------------------------------------------------------------------------------------------------
 
+/// Those without extent are Mitsuba's own.
+void write_delta_light(Xml& xml, const LightDescription& light) {
+  const bool point = light.kind == LightDescription::Kind::point;
+  xml.open(point ? "emitter type=\"point\"" : "emitter type=\"directional\"");
+  xml.color(point ? "intensity" : "irradiance", light.radiance);
+  if (point)
+    xml.point("position", light.position);
+  else
+    xml.vector("direction", -1.0 * light.normal);
+  xml.close();
+}
+
 void write(Xml& xml, const LightDescription& light) {
   using Kind = LightDescription::Kind;
+  if (light.kind == Kind::point || light.kind == Kind::directional) {
+    write_delta_light(xml, light);
+    return;
+  }
   const bool sun = light.kind == Kind::distant;
   xml.open(sun ? "emitter type=\"sun_disk\"" : "emitter type=\"lamp\"");
   xml.color("radiance", light.radiance);
@@ -448,6 +464,8 @@ void write(Xml& xml, const LightDescription& light) {
       xml.vector("towards", light.normal);
       xml.real("half_angle", light.half_angle);
       break;
+    case Kind::point:
+    case Kind::directional: break;
   }
   if (!sun) xml.point("position", light.position);
   if (light.two_sided) xml.flag("two_sided", true);

@@ -14,9 +14,11 @@ enum class LightKind : uint8_t {
   distant,      ///< uniform cone of directions from infinity: a sun
   rectangle,
   disk,
-  sphere,     ///< emits outwards
-  triangles,  ///< of a mesh
-  cylinder,   ///< the side of one, emits outwards
+  sphere,       ///< emits outwards
+  triangles,    ///< of a mesh
+  cylinder,     ///< the side of one, emits outwards
+  point,        ///< without extent, the same in all directions
+  directional,  ///< without extent, from infinity: one direction
 };
 
 struct LightTriangle {
@@ -30,10 +32,10 @@ struct Light {
   LightKind kind = LightKind::environment;
   bool two_sided = false;
   bool in_scene = false;    ///< the shape is part of the scene's geometry
-  Rgb radiance;             ///< emitted, the same in every direction
-  Vec3 position;            ///< corner of a rectangle, centre of a disk or sphere, start of a cylinder's axis
+  Rgb radiance;             ///< emitted, the same in every direction; see the kinds without extent
+  Vec3 position;            ///< corner of a rectangle, centre of a disk or sphere, start of a cylinder's axis, a point
   Vec3 edge_u, edge_v;      ///< of a rectangle; edge_u: axis of a cylinder, of its length
-  Vec3 normal;              ///< unit: emitting side; of a distant light, the direction towards it
+  Vec3 normal;              ///< unit: emitting side; of a distant or directional light, the direction towards it
   float radius = 0;         ///< of a disk, sphere or cylinder
   float area = 0;           ///< m^2 of emitting surface, one side
   float one_minus_cos = 0;  ///< of a distant light's half angle
@@ -49,6 +51,14 @@ Light make_disk_light(Vec3 centre, Vec3 normal, float radius, Rgb radiance, bool
 Light make_sphere_light(Vec3 centre, float radius, Rgb radiance);
 /// The side from `start` to `start + axis`; always in the scene.
 Light make_cylinder_light(Vec3 start, Vec3 axis, float radius, Rgb radiance);
+
+/// Sends `intensity` (power per steradian) into every direction. Light::radiance holds it.
+Light make_point_light(Vec3 position, Rgb intensity);
+/// Parallel light of `irradiance` on a surface that faces it. Light::radiance holds it.
+Light make_directional_light(Vec3 towards, Rgb irradiance);
+
+/// True for lights without extent, which are found by light samples alone.
+EMBRUN_FN bool is_delta(LightKind kind) { return kind == LightKind::point || kind == LightKind::directional; }
 
 /// Radiance that a surface of `light` with the given emitting normal sends along -direction (`direction` is the
 /// path's, towards the light).
@@ -84,6 +94,20 @@ EMBRUN_LOCAL_FN LightSample sample_sphere_light(const Light& light, Vec3 point, 
   s.radiance = light.radiance;
   s.pdf = cone_pdf(h);
   s.valid = true;
+  return s;
+}
+
+EMBRUN_LOCAL_FN LightSample sample_point_light(const Light& light, Vec3 point) {
+  const Vec3 offset = light.position - point;
+  const float distance = length(offset);
+  if (!(distance > 0.0f)) return {};
+  LightSample s;
+  s.direction = offset * (1.0f / distance);
+  s.distance = distance;
+  s.radiance = light.radiance * (1.0f / (distance * distance));
+  s.pdf = 1.0f;
+  s.delta = true;
+  s.valid = is_finite(s.radiance) && !is_black(s.radiance);
   return s;
 }
 

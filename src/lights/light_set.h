@@ -30,7 +30,8 @@ struct LightHit {
   float pdf = 0;  ///< per steradian: of sample_lights for this direction and light
 };
 
-/// Draws one light in proportion to its power, then light from it towards `point`. The pdf includes the choice.
+/// Draws one light in proportion to its power, then light from it towards `point`. The pdf includes the choice (and is
+/// nothing but the choice for lights without extent).
 /// Directions behind a one-sided light and lights of radiance 0 give samples that are not valid.
 EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float u_choice, Sample2 u) {
   if (set.count == 0) return {};
@@ -57,6 +58,10 @@ EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float
       break;
     }
     case LightKind::sphere: s = sample_sphere_light(light, point, u); break;
+    case LightKind::point: s = sample_point_light(light, point); break;
+    case LightKind::directional:
+      s = {light.normal, infinity, light.radiance, 1.0f, true, !is_black(light.radiance)};
+      break;
     case LightKind::cylinder: {
       const Vec3 out = Frame(normalize(light.edge_u)).to_world({cosf(2.0f * pi * u.y), sinf(2.0f * pi * u.y), 0.0f});
       s = flat_light_sample(light, point, light.position + light.edge_u * u.x + out * light.radius, out);

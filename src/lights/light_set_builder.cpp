@@ -31,6 +31,8 @@ double power_of(const Light& light, Rgb environment_mean, double scene_radius) {
   switch (light.kind) {
     case LightKind::environment: return 4 * M_PI * disk * luminance(environment_mean);
     case LightKind::distant: return 2 * M_PI * light.one_minus_cos * disk * luminance(light.radiance);
+    case LightKind::point: return 4 * M_PI * luminance(light.radiance);
+    case LightKind::directional: return disk * luminance(light.radiance);
     case LightKind::rectangle:
     case LightKind::disk:
     case LightKind::sphere:
@@ -87,6 +89,23 @@ Light make_cylinder_light(Vec3 start, Vec3 axis, float radius, Rgb radiance) {
   return light;
 }
 
+Light make_point_light(Vec3 position, Rgb intensity) {
+  Light light;
+  light.kind = LightKind::point;
+  light.position = position;
+  light.radiance = intensity;
+  return light;
+}
+
+Light make_directional_light(Vec3 towards, Rgb irradiance) {
+  if (!is_finite(towards) || length_squared(towards) == 0) throw Error("directional light: it has no direction");
+  Light light;
+  light.kind = LightKind::directional;
+  light.normal = normalize(towards);
+  light.radiance = irradiance;
+  return light;
+}
+
 void LightSetBuilder::set_constant_environment(Rgb radiance) {
   check_radiance(radiance, "constant environment");
   environment_ = {};
@@ -111,7 +130,7 @@ int LightSetBuilder::add(const Light& light) {
   EMBRUN_CHECK(light.kind != LightKind::environment && light.kind != LightKind::triangles);
   check_radiance(light.radiance, "light");
   const bool extended = light.kind == LightKind::distant ? light.one_minus_cos > 0 : light.area > 0;
-  if (!extended || !is_finite(light.area) || !is_finite(light.position))
+  if ((!extended && !is_delta(light.kind)) || !is_finite(light.area) || !is_finite(light.position))
     throw Error("light: its place or size is not finite and above 0");
   lights_.push_back(light);
   return static_cast<int>(lights_.size()) - 1;

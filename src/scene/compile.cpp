@@ -462,6 +462,8 @@ class Compiler {
                                light.radiance, light.two_sided);
       case Kind::sphere:
         return make_sphere_light(local(light.position), static_cast<float>(light.radius), light.radiance);
+      case Kind::point: return make_point_light(local(light.position), light.radiance);
+      case Kind::directional: return make_directional_light(to_float(light.normal), light.radiance);
       case Kind::distant:
         return make_distant_light(to_float(light.normal), static_cast<float>(light.half_angle * (M_PI / 180)),
                                   light.radiance);

@@ -117,14 +117,16 @@ struct MeshDescription {
   bool operator==(const MeshDescription&) const = default;
 };
 
-/// A lamp without geometry of its own: opaque, and visible.
+/// A lamp without geometry of its own: opaque, and visible if it has any extent.
 struct LightDescription {
-  enum class Kind { rectangle, disk, sphere, distant };
+  /// The last two have no extent and are not seen themselves: nor in mirrors, and through refracting surfaces they shine
+  /// by straight shadow rays alone.
+  enum class Kind { rectangle, disk, sphere, distant, point, directional };
   Kind kind = Kind::rectangle;
-  Rgb radiance{1, 1, 1};
-  Vec3d position;           ///< corner of a rectangle, centre of a disk or sphere
+  Rgb radiance{1, 1, 1};    ///< of a point: its intensity (power per steradian); of a directional light: its irradiance
+  Vec3d position;           ///< corner of a rectangle, centre of a disk or sphere, a point
   Vec3d edge_u, edge_v;     ///< of a rectangle, at right angles; it shines to the side of edge_u x edge_v
-  Vec3d normal{0, -1, 0};   ///< of a disk: where it shines to; of a distant light: the direction towards it
+  Vec3d normal{0, -1, 0};   ///< of a disk: where it shines to; of light from infinity: the direction towards it
   double radius = 1;        ///< of a disk or sphere
   double half_angle = 2.5;  ///< of a distant light, degrees
   bool two_sided = false;

@@ -238,7 +238,7 @@ void check_light(const LightDescription& light, const std::string& what) {
   }
   if (light.kind == Kind::disk || light.kind == Kind::sphere)
     require(light.radius > 0 && finite(light.radius), "{}: its radius {} is not positive", what, light.radius);
-  if (light.kind == Kind::disk || light.kind == Kind::distant)
+  if (light.kind == Kind::disk || light.kind == Kind::distant || light.kind == Kind::directional)
     require(length(light.normal) > 0, "{}: its direction is zero", what);
   if (light.kind == Kind::distant)
     require(light.half_angle > 0 && light.half_angle <= 90, "{}: its half angle {} is not in (0, 90] degrees", what,

@@ -91,6 +91,27 @@ LightDescription read_sun(SceneObject& emitter) {
   return light;
 }
 
+LightDescription read_point(SceneObject& emitter) {
+  LightDescription light;
+  light.kind = LightDescription::Kind::point;
+  light.radiance = emitter.color("intensity", true).value_or(grey(1));
+  if (emitter.has("position") && emitter.has("to_world")) emitter.fail("give either 'position' or 'to_world'");
+  light.position = emitter.vector("position").value_or(emitter.placement("to_world").origin);
+  return light;
+}
+
+LightDescription read_directional(SceneObject& emitter) {
+  LightDescription light;
+  light.kind = LightDescription::Kind::directional;
+  light.radiance = emitter.color("irradiance", true).value_or(grey(1));
+  if (emitter.has("direction") && emitter.has("to_world")) emitter.fail("give either 'direction' or 'to_world'");
+  // The file says where the light goes.
+  const Vec3d along = emitter.vector("direction").value_or(emitter.placement("to_world").z_axis);
+  if (!(length(along) > 0)) emitter.fail("its direction is zero");
+  light.normal = -1.0 * along;
+  return light;
+}
+
 void read_environment(SceneReading& reading, SceneObject& emitter) {
   EnvironmentDescription& environment = reading.result.scene.environment;
   if (environment.kind != EnvironmentDescription::Kind::none) emitter.fail("there is light all round already");
@@ -119,11 +140,17 @@ void read_emitter(SceneReading& reading, const XmlElement& element) {
     lights.push_back(read_lamp(emitter));
   else if (type == "sun_disk")
     lights.push_back(read_sun(emitter));
+  else if (type == "point")
+    lights.push_back(read_point(emitter));
+  else if (type == "directional")
+    lights.push_back(read_directional(emitter));
   else if (type == "area")
     emitter.fail("an area emitter stands inside of the <shape> that shines");
   else
     emitter.fail(
-        "this emitter is not supported: there are area, constant, envmap, and Embrun's sky, studio, lamp, sun_disk");
+        "this emitter is not supported: there are area, constant, envmap, point, directional, and Embrun's sky, "
+        "studio, "
+        "lamp, sun_disk");
   emitter.finish();
 }
 
