@@ -12,6 +12,8 @@ struct Cylinder {
   Vec3 axis{0, 0, 1};
   float length = 1;
   float radius = 1;
+  Vec3 meridian{1, 0, 0};   ///< unit, at right angles to the axis: where its coordinate u is 0
+  bool u_reversed = false;  ///< u grows to the left about the axis, not to the right
 };
 
 /// First crossing of the side with t in (t_min, t_max); false leaves `hit` alone. Normals point away from the axis;

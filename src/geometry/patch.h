@@ -16,6 +16,7 @@ struct Patch {
   float half_u = infinity;
   float half_v = infinity;
   bool round = false;
+  bool v_reversed = false;  ///< its coordinate v grows against axis_v
 };
 
 /// The crossing of the patch with t in (t_min, t_max); false leaves `hit` alone. `entering` says that the

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/box.h"
+#include "geometry/cylinder.h"
 #include "geometry/patch.h"
 
 // Coordinates (u, v) of surfaces, for textures, and where u grows, for what is brushed. They are those of Mitsuba 3's
@@ -13,22 +14,40 @@ struct SurfaceCoordinates {
   Vec3 tangent;  ///< along growing u, of any length; zero where there is none
 };
 
-/// Of a ball, by its unit normal in a frame whose z axis is the pole: u is the longitude from x over a full turn, in
-/// [0, 1), v the angle from the pole over a half turn.
-EMBRUN_FN SurfaceCoordinates ball_coordinates(Vec3 normal) {
-  const float longitude = atan2f(normal.y, normal.x) * (0.5f * inv_pi);
-  const float angle = atan2f(sqrtf(normal.x * normal.x + normal.y * normal.y), normal.z);
-  return {{longitude < 0.0f ? longitude + 1.0f : longitude, angle * inv_pi}, {-normal.y, normal.x, 0.0f}};
+/// Longitude of the direction (x, y) from the x axis over a full turn, in [0, 1].
+EMBRUN_FN float longitude_of(float x, float y) {
+  const float turn = atan2f(y, x) * (0.5f * inv_pi);
+  return turn < 0.0f ? turn + 1.0f : turn;
 }
 
-/// Of a rectangle: [0, 1] x [0, 1] along its axes; metres from its centre along an axis that has no end.
+/// Of a ball, by its unit normal in a frame whose z axis is the pole: u is the longitude from x over a full turn, in
+/// [0, 1], v the angle from the pole over a half turn.
+EMBRUN_FN SurfaceCoordinates ball_coordinates(Vec3 normal) {
+  const float angle = atan2f(sqrtf(normal.x * normal.x + normal.y * normal.y), normal.z);
+  return {{longitude_of(normal.x, normal.y), angle * inv_pi}, {-normal.y, normal.x, 0.0f}};
+}
+
+/// Of a rectangle: [0, 1] x [0, 1] along its axes; metres from its centre along an axis that has no end. Of a round one: u
+/// is the share of the radius, v the longitude from axis_u over a full turn.
 EMBRUN_FN SurfaceCoordinates patch_coordinates(const Patch& patch, Vec3 position) {
   const Vec3 offset = position - patch.center;
-  const auto along = [&](Vec3 axis, float half) {
-    const float distance = dot(offset, axis);
+  const float u = dot(offset, patch.axis_u), v = (patch.v_reversed ? -1.0f : 1.0f) * dot(offset, patch.axis_v);
+  if (patch.round) {
+    const float x = u / patch.half_u, y = v / patch.half_v, radius = sqrtf(x * x + y * y);
+    return {{radius, longitude_of(x, y)}, radius > 0.0f ? offset : patch.axis_u};
+  }
+  const auto share = [](float distance, float half) {
     return half < infinity ? 0.5f * (distance / half + 1.0f) : distance;
   };
-  return {{along(patch.axis_u, patch.half_u), along(patch.axis_v, patch.half_v)}, patch.axis_u};
+  return {{share(u, patch.half_u), share(v, patch.half_v)}, patch.axis_u};
+}
+
+/// Of a cylinder: u is the longitude about the axis over a full turn, v the share of the way along it.
+EMBRUN_FN SurfaceCoordinates cylinder_coordinates(const Cylinder& cylinder, Vec3 position) {
+  const Vec3 offset = position - cylinder.start;
+  const Vec3 right = cross(cylinder.axis, cylinder.meridian) * (cylinder.u_reversed ? -1.0f : 1.0f);
+  const float x = dot(offset, cylinder.meridian), y = dot(offset, right);
+  return {{longitude_of(x, y), dot(offset, cylinder.axis) / cylinder.length}, right * x - cylinder.meridian * y};
 }
 
 /// Of a box: [0, 1] x [0, 1] on each face, which an outward normal along an axis names.

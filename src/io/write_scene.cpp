@@ -366,6 +366,7 @@ void write(Xml& xml, const Pictures& pictures, const PatchDescription& patch) {
   if (std::isfinite(patch.half_u)) xml.real("half_u", patch.half_u);
   if (std::isfinite(patch.half_v)) xml.real("half_v", patch.half_v);
   if (patch.round) xml.flag("round", true);
+  if (patch.v_reversed) xml.flag("v_reversed", true);
   write_material(xml, pictures, patch.material);
   write_emission(xml, patch.radiance);
   xml.close();
@@ -376,6 +377,8 @@ void write(Xml& xml, const Pictures& pictures, const CylinderDescription& cylind
   xml.point("p0", cylinder.start);
   xml.point("p1", cylinder.end);
   xml.real("radius", cylinder.radius);
+  if (!(cylinder.meridian == Vec3d{})) xml.vector("meridian", cylinder.meridian);
+  if (cylinder.u_reversed) xml.flag("u_reversed", true);
   write_material(xml, pictures, cylinder.material);
   write_emission(xml, cylinder.radiance);
   xml.close();
@@ -407,6 +410,7 @@ void write(Xml& xml, const Pictures& pictures, const MeshDescription& mesh, std:
     xml.file(mesh.file);
     if (mesh.face_normals) xml.flag("face_normals", true);
     if (mesh.flipped) xml.flag("flip_normals", true);
+    if (mesh.coordinates_flipped) xml.flag("flip_tex_coords", true);
   }
   if (!copied) xml.placement(mesh.placement);
   write_material(xml, pictures, mesh.material);

@@ -381,6 +381,7 @@ class Compiler {
     patch.half_u = static_cast<float>(description.half_u);
     patch.half_v = static_cast<float>(description.half_v);
     patch.round = description.round;
+    patch.v_reversed = description.v_reversed;
     flat_.patches.push_back(patch);
     Instance& instance = add_instance(GeometryKind::patch, flat_.patches.size() - 1, description.material);
     if (is_black(description.radiance)) return;
@@ -392,8 +393,10 @@ class Compiler {
 
   void add(const CylinderDescription& description) {
     const Vec3d axis = description.end - description.start;
-    flat_.cylinders.push_back({local(description.start), to_float(normalize(axis)), static_cast<float>(length(axis)),
-                               static_cast<float>(description.radius)});
+    const Vec3 along = to_float(normalize(axis)), meridian = to_float(description.meridian);
+    flat_.cylinders.push_back({local(description.start), along, static_cast<float>(length(axis)),
+                               static_cast<float>(description.radius),
+                               meridian == Vec3{} ? Frame(along).s : normalize(meridian), description.u_reversed});
     Instance& instance = add_instance(GeometryKind::cylinder, flat_.cylinders.size() - 1, description.material);
     if (!is_black(description.radiance))
       instance.light = add_shape_light(make_cylinder_light(

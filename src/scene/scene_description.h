@@ -87,8 +87,9 @@ struct PatchDescription {
   Vec3d axis_u{1, 0, 0}, axis_v{0, 0, -1};  ///< at right angles; any length
   double half_u = 1, half_v = 1;            ///< metres; infinite for a whole plane
   MaterialDescription material;
-  bool round = false;  ///< the ellipse in the rectangle
-  Rgb radiance;        ///< emitted, on the side of the normal; 0: none. Needs finite sides, and equal ones if round
+  bool round = false;       ///< the ellipse in the rectangle
+  bool v_reversed = false;  ///< its coordinate v grows against axis_v: a texture is mirrored
+  Rgb radiance;  ///< emitted, on the side of the normal; 0: none. Needs finite sides, and equal ones if round
 
   bool operator==(const PatchDescription&) const = default;
 };
@@ -97,6 +98,9 @@ struct PatchDescription {
 struct CylinderDescription {
   Vec3d start, end;  ///< of its axis
   double radius = 1;
+  /// At right angles to the axis, of any length: where the coordinate u is 0; 0,0,0: anywhere.
+  Vec3d meridian;
+  bool u_reversed = false;  ///< u grows to the left about the axis: a texture is mirrored
   MaterialDescription material;
   Rgb radiance;  ///< emitted outwards; 0: none
 
@@ -110,9 +114,10 @@ struct MeshDescription {
   Rgb radiance;  ///< emitted, on the side of the triangles' normals; 0: none
   /// Where the mesh stands if in several places at once, in place of `placement`.
   std::vector<Placement> copies;
-  bool face_normals = false;  ///< normals of the file were left out
-  bool flipped = false;       ///< the file's triangles and normals were turned round
-  std::string file;           ///< where the mesh is from, or empty
+  bool face_normals = false;         ///< normals of the file were left out
+  bool flipped = false;              ///< the file's triangles and normals were turned round
+  bool coordinates_flipped = false;  ///< the file's texture coordinates v became 1 - v
+  std::string file;                  ///< where the mesh is from, or empty
 
   bool operator==(const MeshDescription&) const = default;
 };

@@ -287,6 +287,9 @@ void check_cylinder(const CylinderDescription& cylinder, std::size_t pictures, c
   require(finite(cylinder.start) && finite(cylinder.end), "{}: a coordinate is not finite", what);
   require(length(cylinder.end - cylinder.start) > 0, "{}: its two ends are the same point", what);
   require(cylinder.radius > 0 && finite(cylinder.radius), "{}: its radius {} is not positive", what, cylinder.radius);
+  require(finite(cylinder.meridian) && std::abs(dot(cylinder.end - cylinder.start, cylinder.meridian)) <=
+                                           1e-6 * length(cylinder.end - cylinder.start) * length(cylinder.meridian),
+          "{}: its meridian is not at right angles to its axis", what);
   require(!has_inside(cylinder.material), "{}: it is open, and has no inside to refract into", what);
   check_material(cylinder.material, pictures, what);
   check_color(cylinder.radiance, what + ": radiance", 1e30f);

@@ -39,6 +39,49 @@ TEST(SurfaceCoordinates, OfAPatch) {
   expect_uv(patch_coordinates(patch, {8, 2, 3}), 7, 0.5f);
 }
 
+// Mitsuba 3's disk: the share of the radius, and the longitude from the first axis to the second.
+TEST(SurfaceCoordinates, OfARoundPatch) {
+  Patch disk;
+  disk.center = {1, 2, 3};
+  disk.half_u = disk.half_v = 2;
+  disk.round = true;
+  expect_uv(patch_coordinates(disk, {3, 2, 3}), 1, 0);
+  expect_uv(patch_coordinates(disk, {1, 2, 2}), 0.5f, 0.25f);  // axis_v is -z
+  expect_uv(patch_coordinates(disk, {0, 2, 3}), 0.5f, 0.5f);
+  expect_uv(patch_coordinates(disk, {1, 2, 5}), 1, 0.75f);
+  EXPECT_EQ(patch_coordinates(disk, {1, 2, 2}).tangent, (Vec3{0, 0, -1}));  // away from the centre
+  EXPECT_EQ(patch_coordinates(disk, {1, 2, 3}).uv.x, 0);
+  EXPECT_EQ(patch_coordinates(disk, {1, 2, 3}).tangent, (Vec3{1, 0, 0}));
+  disk.v_reversed = true;
+  expect_uv(patch_coordinates(disk, {1, 2, 2}), 0.5f, 0.75f);
+}
+
+TEST(SurfaceCoordinates, OfAMirroredPatch) {
+  Patch patch;
+  patch.half_u = patch.half_v = 1;
+  patch.v_reversed = true;
+  expect_uv(patch_coordinates(patch, {1, 0, -1}), 1, 0);  // axis_v is -z
+  expect_uv(patch_coordinates(patch, {-1, 0, 0.5f}), 0, 0.75f);
+}
+
+// Mitsuba 3's cylinder: the longitude about the axis, and the share of the way.
+TEST(SurfaceCoordinates, OfACylinder) {
+  Cylinder cylinder;
+  cylinder.start = {0, 0, 1};
+  cylinder.length = 4;
+  cylinder.radius = 0.5f;
+  expect_uv(cylinder_coordinates(cylinder, {0.5f, 0, 1}), 0, 0);
+  expect_uv(cylinder_coordinates(cylinder, {0, 0.5f, 2}), 0.25f, 0.25f);
+  expect_uv(cylinder_coordinates(cylinder, {-0.5f, 0, 5}), 0.5f, 1);
+  expect_uv(cylinder_coordinates(cylinder, {0, -0.5f, 3}), 0.75f, 0.5f);
+  EXPECT_EQ(normalize(cylinder_coordinates(cylinder, {0, 0.5f, 2}).tangent), (Vec3{-1, 0, 0}));
+  cylinder.meridian = {0, 1, 0};
+  expect_uv(cylinder_coordinates(cylinder, {0, 0.5f, 2}), 0, 0.25f);
+  cylinder.u_reversed = true;
+  expect_uv(cylinder_coordinates(cylinder, {0.5f, 0, 2}), 0.25f, 0.25f);
+  EXPECT_EQ(normalize(cylinder_coordinates(cylinder, {0, 0.5f, 2}).tangent), (Vec3{1, 0, 0}));
+}
+
 // Three corners of each face of Mitsuba 3's cube: where its (u, v) are (0, 1), (1, 1) and (0, 0).
 TEST(SurfaceCoordinates, OfABox) {
   struct Face {

@@ -75,7 +75,8 @@ PatchDescription patch_of(SceneObject& shape, const Placement& m) {
   patch.center = m.origin;
   patch.axis_u = m.x_axis;
   // A mirror turns the plane's own axes into a left-handed pair; the normal has to stay on its side.
-  patch.axis_v = determinant(m) < 0 ? -1.0 * m.y_axis : m.y_axis;
+  patch.v_reversed = determinant(m) < 0;
+  patch.axis_v = patch.v_reversed ? -1.0 * m.y_axis : m.y_axis;
   patch.half_u = length(m.x_axis);
   patch.half_v = length(m.y_axis);
   if (!(patch.half_u > 0 && patch.half_v > 0)) shape.fail("its transform flattens it");
@@ -85,7 +86,10 @@ PatchDescription patch_of(SceneObject& shape, const Placement& m) {
 }
 
 void finish_patch(SceneReading& reading, SceneObject& shape, PatchDescription patch) {
-  if (shape.flag("flip_normals").value_or(false)) patch.axis_v = -1.0 * patch.axis_v;
+  if (shape.flag("flip_normals").value_or(false)) {
+    patch.axis_v = -1.0 * patch.axis_v;
+    patch.v_reversed = !patch.v_reversed;
+  }
   patch.material = take_material(reading, shape);
   patch.radiance = take_emission(reading, shape);
   if (has_inside(patch.material)) shape.fail("it has no inside for its material: light could not get out again");
@@ -116,18 +120,27 @@ void read_patch(SceneReading& reading, SceneObject& shape, const Placement& oute
   patch.half_u = shape.number("half_u", static_cast<double>(infinity));
   patch.half_v = shape.number("half_v", static_cast<double>(infinity));
   patch.round = shape.flag("round").value_or(false);
+  patch.v_reversed = shape.flag("v_reversed").value_or(false);
   finish_patch(reading, shape, std::move(patch));
 }
 
 void read_cylinder(SceneReading& reading, SceneObject& shape, const Placement& outer) {
   const Placement m = take_placement(shape, outer);
   CylinderDescription cylinder;
-  cylinder.start = place(m, shape.vector("p0").value_or(Vec3d{}));
-  cylinder.end = place(m, shape.vector("p1").value_or(Vec3d{0, 0, 1}));
+  const Vec3d p0 = shape.vector("p0").value_or(Vec3d{}), p1 = shape.vector("p1").value_or(Vec3d{0, 0, 1});
+  cylinder.start = place(m, p0);
+  cylinder.end = place(m, p1);
   cylinder.radius = shape.number("radius", 1) * uniform_scale(shape, m);
   refuse_flip(shape);
   cylinder.material = take_material(reading, shape);
   cylinder.radiance = take_emission(reading, shape);
+  cylinder.meridian = shape.vector("meridian").value_or(cylinder.meridian);
+  cylinder.u_reversed = shape.flag("u_reversed").value_or(false);
+  if (shows_pictures(cylinder.material) && !(m == Placement{}) && length(p1 - p0) > 0) {
+    // Mitsuba's u begins at the first axis of the frame that it makes of the axis before the transform.
+    cylinder.meridian = place_vector(m, to_double(Frame(to_float(normalize(p1 - p0))).s));
+    cylinder.u_reversed = determinant(m) < 0;
+  }
   if (has_inside(cylinder.material)) shape.fail("a cylinder is open at its ends: it has no inside for its material");
   shape.finish();
   reading.result.scene.cylinders.push_back(std::move(cylinder));
@@ -147,6 +160,28 @@ TriangleMesh cube_mesh() {
     mesh.positions.push_back({i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f});
   mesh.triangles = {{{0, 4, 6}}, {{0, 6, 2}}, {{1, 3, 7}}, {{1, 7, 5}}, {{0, 1, 5}}, {{0, 5, 4}},
                     {{2, 6, 7}}, {{2, 7, 3}}, {{0, 2, 3}}, {{0, 3, 1}}, {{4, 5, 7}}, {{4, 7, 6}}};
+  return mesh;
+}
+
+/// The same with Mitsuba's texture coordinates: [0, 1] x [0, 1] on each face.
+TriangleMesh cube_mesh_with_coordinates() {
+  // The axes of u and v on the faces -x, +x, -y, +y, -z, +z; negative ones run backwards, counted from 1.
+  constexpr int u_axes[6] = {2, 2, 3, -1, -2, 2}, v_axes[6] = {3, -3, 1, -3, 1, 1};
+  TriangleMesh mesh;
+  for (int face = 0; face < 6; ++face) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const Vec2 uv : {Vec2{0, 0}, Vec2{1, 0}, Vec2{1, 1}, Vec2{0, 1}}) {
+      Vec3 p;
+      p[face / 2] = face % 2 == 0 ? -1.0f : 1.0f;
+      for (const auto& [axis, value] : {std::pair{u_axes[face], uv.x}, std::pair{v_axes[face], uv.y}})
+        p[std::abs(axis) - 1] = (axis < 0 ? -1.0f : 1.0f) * (2 * value - 1);
+      mesh.positions.push_back(p);
+      mesh.coordinates.push_back(uv);
+    }
+    // u to v turns inwards.
+    mesh.triangles.push_back({first, first + 2, first + 1});
+    mesh.triangles.push_back({first, first + 3, first + 2});
+  }
   return mesh;
 }
 
@@ -173,7 +208,7 @@ void read_cube(SceneReading& reading, SceneObject& shape, const Placement& outer
     return;
   }
   MeshDescription mesh;
-  mesh.mesh = cube_mesh();
+  mesh.mesh = shows_pictures(material) ? cube_mesh_with_coordinates() : cube_mesh();
   if (flipped) flip(mesh.mesh);
   mesh.placement = m;
   mesh.material = material;
@@ -252,7 +287,11 @@ void read_mesh_shape(SceneReading& reading, SceneObject& shape, const Placement&
     mesh.mesh.normals.clear();
     mesh.face_normals = true;
   }
-  shape.ignore("flip_tex_coords", "texture coordinates are taken as they are");
+  // An OBJ's coordinates are read as Mitsuba turns them unless told not to.
+  const bool turned_already = shape.type() == "obj";
+  mesh.coordinates_flipped = shape.flag("flip_tex_coords").value_or(turned_already) != turned_already;
+  if (mesh.coordinates_flipped)
+    for (Vec2& c : mesh.mesh.coordinates) c.y = 1 - c.y;
   mesh.flipped = shape.flag("flip_normals").value_or(false);
   if (mesh.flipped) flip(mesh.mesh);
   mesh.placement = take_placement(shape, outer);
