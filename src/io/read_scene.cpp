@@ -103,6 +103,12 @@ const XmlElement& SceneReading::resolve(const XmlElement& element) const {
   return *target;
 }
 
+const XmlElement* SceneReading::take(SceneObject& object, std::string_view tag) const {
+  const XmlElement* taken = object.take(
+      [&](const XmlElement& child) { return child.tag == tag || (child.tag == "ref" && resolve(child).tag == tag); });
+  return taken != nullptr ? &resolve(*taken) : nullptr;
+}
+
 SceneFile read_scene(const std::string& path, const std::vector<SceneParameter>& parameters,
                      const ReadFileBytes& read_bytes) {
   try {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -57,7 +58,15 @@ class Xml {
   void color(const char* name, Rgb v) { property("rgb", name, triple(v)); }
   void point(const char* name, Vec3d v) { property("point", name, triple(v)); }
   void vector(const char* name, Vec3d v) { property("vector", name, triple(v)); }
-  void file(const std::string& path) { text("filename", std::filesystem::absolute(path).lexically_normal().string()); }
+  void file(const std::string& path) { text("filename", absolute(path)); }
+  void files(const std::string& first, const std::vector<std::string>& more) {
+    if (more.empty()) return file(first);
+    std::string all = absolute(first);
+    for (const std::string& path : more) all += "; " + absolute(path);
+    if (std::count(all.begin(), all.end(), ';') != static_cast<std::ptrdiff_t>(more.size()))
+      throw Error(all + ": a list of files in a scene file cannot name one with a ; in its name");
+    text("filenames", all);
+  }
   void placement(const Placement& m, const char* name = "to_world") {
     if (m == Placement{}) return;
     open(fmt::format("transform name=\"{}\"", name));
@@ -75,6 +84,10 @@ class Xml {
  private:
   std::string result_;
   std::vector<std::string> open_;
+
+  static std::string absolute(const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal().string();
+  }
 };
 
 using Pictures = std::vector<PictureDescription>;
@@ -292,7 +305,7 @@ void write(Xml& xml, const SurfaceSettings& surface) {
 void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, std::size_t index) {
   need_file(fluid.file, "fluid", index);
   xml.open("shape type=\"particles\"");
-  xml.file(fluid.file);
+  xml.files(fluid.file, fluid.more_files);
   if (!fluid.kinds.empty()) xml.text("kinds", fluid.kinds);
   if (fluid.radii.empty()) xml.real("radius", fluid.surface.radius);
   write(xml, fluid.surface);
@@ -313,7 +326,7 @@ void write(Xml& xml, const VolumeDescription& volume, std::size_t index) {
   need_file(volume.file, "volume", index);
   xml.open("shape type=\"particles\"");
   xml.text("kind", "foam");
-  xml.file(volume.file);
+  xml.files(volume.file, volume.more_files);
   if (!volume.kinds.empty()) xml.text("kinds", volume.kinds);
   if (volume.radii.empty()) xml.real("radius", volume.radius);
   write(xml, volume.medium);

@@ -52,7 +52,8 @@ struct VolumeDescription {
   std::vector<float> radii;  ///< one per particle, or empty: `radius` for all. A particle of radius 0 is not there
   double radius = 0.025;     ///< metres, > 0
   ParticleMediumDescription medium;
-  std::string file;   ///< where the particles are from, or empty
+  std::string file;                     ///< where the particles are from, or empty
+  std::vector<std::string> more_files;  ///< whose particles follow those of `file`
   std::string kinds;  ///< how they were told from the file's others (see kind_mapping_from_text), or empty
 
   bool operator==(const VolumeDescription&) const = default;

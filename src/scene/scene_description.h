@@ -49,7 +49,8 @@ struct FluidDescription {
   /// What its particles do to light inside its surface, besides the material's absorption and scattering. The surface's
   /// material must be a dielectric; the placement must keep balls balls.
   std::optional<ParticleMediumDescription> medium;
-  std::string file;   ///< where the particles are from, or empty
+  std::string file;                     ///< where the particles are from, or empty
+  std::vector<std::string> more_files;  ///< whose particles follow those of `file`
   std::string kinds;  ///< how they were told from the file's others (see kind_mapping_from_text), or empty
 
   bool operator==(const FluidDescription&) const = default;

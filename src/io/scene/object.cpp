@@ -138,8 +138,12 @@ Placement SceneObject::placement(std::string_view name) {
 const XmlElement* SceneObject::property(std::string_view name) { return find(name); }
 
 const XmlElement* SceneObject::take(Tags tags) {
+  return take([&](const XmlElement& child) { return is_one_of(child.tag, tags); });
+}
+
+const XmlElement* SceneObject::take(const std::function<bool(const XmlElement&)>& wanted) {
   for (std::size_t i = 0; i < taken_.size(); ++i) {
-    if (taken_[i] || !is_one_of(element_.children[i].tag, tags)) continue;
+    if (taken_[i] || !wanted(element_.children[i])) continue;
     taken_[i] = true;
     return &element_.children[i];
   }
@@ -157,6 +161,7 @@ void SceneObject::finish() {
     const XmlElement& child = element_.children[i];
     const std::string type = child.get("type");
     std::string what = fmt::format("<{}{}>", child.tag, type.empty() ? "" : fmt::format(" type=\"{}\"", type));
+    if (child.tag == "ref") what = fmt::format("<ref> to {}", quoted(child.get("id")));
     if (!names_[i].empty()) what = fmt::format("{} named {}", what, quoted(names_[i]));
     std::sort(asked_.begin(), asked_.end());
     asked_.erase(std::unique(asked_.begin(), asked_.end()), asked_.end());

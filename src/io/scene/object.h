@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -43,6 +44,8 @@ class SceneObject {
 
   /// The next object in it with one of the tags (<bsdf>, <ref>, ...) that nobody asked for yet, or null.
   const XmlElement* take(std::initializer_list<std::string_view> tags);
+  /// The next one that nobody asked for yet and that `wanted` says yes to, or null.
+  const XmlElement* take(const std::function<bool(const XmlElement&)>& wanted);
 
   /// A property that the format knows and that has no effect here: warns where it is given.
   void ignore(std::string_view name, std::string_view why);

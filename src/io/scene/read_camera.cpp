@@ -11,7 +11,7 @@ namespace {
 constexpr int largest_picture = 1 << 16;
 
 PixelFilter read_filter(SceneReading& reading, const XmlElement& element) {
-  SceneObject filter = reading.object(reading.resolve(element));
+  SceneObject filter = reading.object(element);
   PixelFilter result;
   const std::string& type = filter.type();
   if (type == "box") {
@@ -34,7 +34,7 @@ PixelFilter read_filter(SceneReading& reading, const XmlElement& element) {
 }
 
 void read_film(SceneReading& reading, const XmlElement& element, CameraSettings& camera) {
-  SceneObject film = reading.object(reading.resolve(element));
+  SceneObject film = reading.object(element);
   if (film.type() != "hdrfilm") film.fail("this film is not supported: there is hdrfilm");
   FilmDescription& description = reading.result.scene.film;
   description.width = film.integer("width", 1, largest_picture).value_or(768);
@@ -50,7 +50,7 @@ void read_film(SceneReading& reading, const XmlElement& element, CameraSettings&
                           crop.x, crop.y, description.width, description.height));
   if (crop != PixelWindow{0, 0, description.width, description.height}) description.crop = crop;
   camera.filter = {FilterKind::gaussian, 1.5f};
-  if (const XmlElement* filter = film.take({"rfilter", "ref"})) camera.filter = read_filter(reading, *filter);
+  if (const XmlElement* filter = reading.take(film, "rfilter")) camera.filter = read_filter(reading, *filter);
   const char* why = "the name of the file that is written decides";
   film.ignore("file_format", why);
   film.ignore("pixel_format", why);
@@ -62,14 +62,15 @@ void read_film(SceneReading& reading, const XmlElement& element, CameraSettings&
 }
 
 void read_sampler(SceneReading& reading, const XmlElement& element) {
-  SceneObject sampler = reading.object(reading.resolve(element));
+  SceneObject sampler = reading.object(element);
   IntegratorDescription& integrator = reading.result.scene.integrator;
   const std::string& type = sampler.type();
   if (type == "independent") {
     integrator.sampler = SamplerKind::independent;
   } else if (type == "sobol" || type == "ldsampler") {
     integrator.sampler = SamplerKind::sobol;
-  } else if (type == "stratified" || type == "multijitter" || type == "orthogonal") {
+  } else if (type == "stratified" || type == "multijitter" || type == "orthogonal" || type == "halton" ||
+             type == "hammersley") {
     integrator.sampler = SamplerKind::sobol;
     sampler.warn("the Sobol sampler takes its place");
   } else {
@@ -149,8 +150,8 @@ void read_sensor(SceneReading& reading, const XmlElement& element) {
   camera = {};
   scene.film = {.width = 768, .height = 576, .crop = {}};
   camera.filter = {FilterKind::gaussian, 1.5f};
-  while (const XmlElement* film = sensor.take({"film"})) read_film(reading, *film, camera);
-  while (const XmlElement* sampler = sensor.take({"sampler"})) read_sampler(reading, *sampler);
+  if (const XmlElement* film = reading.take(sensor, "film")) read_film(reading, *film, camera);
+  if (const XmlElement* sampler = reading.take(sensor, "sampler")) read_sampler(reading, *sampler);
   const bool looks_at_target = read_view(sensor, camera);
   camera.vertical_fov = vertical_fov(sensor, static_cast<double>(scene.film.width) / scene.film.height);
   if (lens) {

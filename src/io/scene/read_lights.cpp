@@ -155,9 +155,9 @@ void read_emitter(SceneReading& reading, const XmlElement& element) {
 }
 
 Rgb take_emission(SceneReading& reading, SceneObject& shape) {
-  const XmlElement* element = shape.take({"emitter"});
+  const XmlElement* element = reading.take(shape, "emitter");
   if (element == nullptr) return {};
-  SceneObject emitter = reading.object(reading.resolve(*element));
+  SceneObject emitter = reading.object(*element);
   if (emitter.type() != "area") emitter.fail("the emitter of a shape has to be of type area");
   const Rgb radiance = emitter.color("radiance", true).value_or(grey(1));
   emitter.finish();

@@ -129,7 +129,7 @@ void read_null(SceneReading&, SceneObject& bsdf, MaterialDescription& material) 
 }
 
 void read_two_sided(SceneReading& reading, SceneObject& bsdf, MaterialDescription& material) {
-  const XmlElement* front = bsdf.take({"bsdf", "ref"});
+  const XmlElement* front = reading.take(bsdf, "bsdf");
   if (front == nullptr) bsdf.fail("there is no <bsdf> in it");
   const auto one_side = [&](const XmlElement& element) {
     MaterialDescription side = read_material(reading, element);
@@ -138,7 +138,7 @@ void read_two_sided(SceneReading& reading, SceneObject& bsdf, MaterialDescriptio
     return side;
   };
   material = one_side(*front);
-  if (const XmlElement* back = bsdf.take({"bsdf", "ref"})) material.back = {one_side(*back)};
+  if (const XmlElement* back = reading.take(bsdf, "bsdf")) material.back = {one_side(*back)};
 }
 
 using Reader = void (*)(SceneReading&, SceneObject&, MaterialDescription&);
@@ -199,7 +199,7 @@ MaterialDescription take_material(SceneReading& reading, SceneObject& shape) {
 MaterialDescription take_material(SceneReading& reading, SceneObject& shape, const MaterialDescription& fallback) {
   shape.ignore("exterior", "what is outside follows from the bodies round it");
   const XmlElement* interior = shape.property("interior");
-  const XmlElement* bsdf = shape.take({"bsdf", "ref"});
+  const XmlElement* bsdf = reading.take(shape, "bsdf");
   MaterialDescription material = bsdf != nullptr ? read_material(reading, *bsdf) : fallback;
   fill_inside(reading, shape, interior, material);
   return material;

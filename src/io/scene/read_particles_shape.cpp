@@ -6,6 +6,7 @@
 #include "io/read_particles.h"
 #include "io/scene/reading.h"
 #include "io/text.h"
+#include "particles/append_particles.h"
 #include "particles/particle_kinds.h"
 #include "particles/radius.h"
 #include "particles/spacing.h"
@@ -127,19 +128,39 @@ std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, Scen
 /// The particles of the file that the shape names, with a radius.
 struct SizedParticles {
   std::string file, kinds;
+  std::vector<std::string> more_files;
   ParticleSet particles;
   double spacing = 0;
   RadiusChoice radius;
 };
 
+/// The files that the shape names, at least one.
+std::vector<std::string> paths_of(const SceneReading& reading, SceneObject& shape) {
+  const std::optional<std::string> one = shape.text("filename"), several = shape.text("filenames");
+  if (one && several) shape.fail("give either 'filename' or 'filenames'");
+  if (one) return {reading.path_of(shape, *one)};
+  if (!several) shape.fail("'filename' is missing");
+  std::vector<std::string> paths;
+  for (std::size_t begin = 0; begin <= several->size();) {
+    const std::size_t end = std::min(several->find(';', begin), several->size());
+    const std::string_view name = trimmed(std::string_view(*several).substr(begin, end - begin));
+    if (!name.empty()) paths.push_back(reading.path_of(shape, std::string(name)));
+    begin = end + 1;
+  }
+  if (paths.empty()) shape.fail("'filenames' names no file: they are separated by ;");
+  return paths;
+}
+
 /// Only those of the kind, if the shape says how to tell it.
 SizedParticles read_sized(SceneReading& reading, SceneObject& shape, ParticleKind kind) {
   SizedParticles read;
-  const std::optional<std::string> name = shape.text("filename");
-  if (!name) shape.fail("'filename' is missing");
-  read.file = reading.path_of(shape, *name);
-  const std::vector<std::byte> bytes = reading.read_bytes(read.file);
-  read.particles = read_particles_from_memory(bytes, read.file);
+  const std::vector<std::string> paths = paths_of(reading, shape);
+  read.file = paths.front();
+  read.particles = read_particles_from_memory(reading.read_bytes(read.file), read.file);
+  for (std::size_t i = 1; i < paths.size(); ++i) {
+    append_particles(read.particles, read_particles_from_memory(reading.read_bytes(paths[i]), paths[i]));
+    read.more_files.push_back(paths[i]);
+  }
   read.kinds = shape.text("kinds").value_or("");
   if (!read.kinds.empty()) {
     try {
@@ -162,6 +183,7 @@ SizedParticles read_sized(SceneReading& reading, SceneObject& shape, ParticleKin
 void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
   FluidDescription fluid;
   fluid.file = read.file;
+  fluid.more_files = read.more_files;
   fluid.kinds = read.kinds;
   read_surface(shape, fluid.surface);
   fluid.surface.spacing = read.spacing;
@@ -187,6 +209,7 @@ void add_volume(SceneReading& reading, SceneObject& shape, SizedParticles& read,
   if (!(outer == Placement{})) shape.fail("foam cannot be part of a shapegroup");
   VolumeDescription volume;
   volume.file = read.file;
+  volume.more_files = read.more_files;
   volume.kinds = read.kinds;
   volume.radius = static_cast<double>(static_cast<float>(read.radius.radius));
   volume.medium.extinction = default_look(ParticleKind::foam, volume.radius).extinction;

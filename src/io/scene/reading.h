@@ -40,6 +40,8 @@ struct SceneReading {
   SceneObject object(const XmlElement& element) { return {tree, element, result.warnings}; }
   /// The element that a <ref> stands for; any other stands for itself.
   const XmlElement& resolve(const XmlElement& element) const;
+  /// The next <tag> in the object that nobody asked for yet, or the one that a <ref> in it stands for; or null.
+  const XmlElement* take(SceneObject& object, std::string_view tag) const;
   /// The path that a property of the object names.
   std::string path_of(const SceneObject& object, const std::string& name) const {
     return tree.resolve_path(object.element(), name);
