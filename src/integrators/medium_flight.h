@@ -2,11 +2,12 @@
 
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
+#include "media/grid_flight.h"
 #include "media/homogeneous.h"
 
 // What happens to a path between two boundaries: absorption, and collisions with what scatters there. Media that are the same
-// everywhere in a body absorb by their transmittance and scatter by free flight; particles do both by free flight. The two
-// flights are independent, and the shorter one counts.
+// everywhere in a body absorb by their transmittance and scatter by free flight; particles and media on grids do both by free
+// flight. The flights are independent, and the shortest one counts.
 
 namespace embrun {
 
@@ -26,12 +27,23 @@ EMBRUN_FN std::uint32_t fluids_within(const PathScene& scene, const MediaState& 
 
 /// True where a path may collide.
 EMBRUN_FN bool may_collide(const PathScene& scene, const MediaState& media) {
-  return fluids_within(scene, media) != 0 || !is_black(scene.media[media.current()].scattering);
+  const Medium& medium = scene.media[media.current()];
+  return fluids_within(scene, media) != 0 || medium.grid >= 0 || !is_black(medium.scattering);
 }
 
 /// exp(-coefficient * distance), for channels of one coefficient at any distance.
 EMBRUN_FN Rgb homogeneous_ratio(Rgb coefficient, int channel, float distance) {
   return exp_of((grey(coefficient[channel]) - coefficient) * distance);
+}
+
+/// The path's flight through a medium on a grid up to `end`, by `u` and a stream of its own: asked again with a nearer end,
+/// it is the same flight up to there.
+EMBRUN_LOCAL_FN Flight fly_in_grid(const GridMedium& grid, const PathState& path, float end, int channel, float u,
+                                   std::uint64_t& exceeded) {
+  constexpr std::uint32_t stream = 1u << 16;  // beyond those of the particles
+  RandomStream random(path.key, Dimension::tracking, stream + path.passed);
+  return track_grid_flight(grid, {path.ray.origin, path.ray.direction, path.ray.t_min, end, 0}, channel,
+                           flight_depth(u), random, exceeded);
 }
 
 /// Flies the path to `t` at most. True when it collides before: `collision` is filled in, and the throughput has the weight
@@ -64,18 +76,32 @@ EMBRUN_LOCAL_FN bool fly_path(const PathScene& scene, PathState& path, float t, 
     }
   }
   DensityRay way{ray.origin, ray.direction, ray.t_min, end, fluids_within(scene, path.media)};
+  const float grid_u = medium.grid >= 0 && way.fluids != 0 ? random.next_pair().x : u;
+  Flight in_grid;
+  if (medium.grid >= 0) {
+    const GridMedium& grid = scene.grids[medium.grid];
+    in_grid = fly_in_grid(grid, path, end, channel, grid_u, counters.majorants);
+    if (in_grid.collided) {
+      way.end = end = in_grid.t;
+      ratio = grey(1.0f);
+      collision = {end, grid.phase, in_grid.local.albedo, {}};
+    }
+  }
   const Flight flight =
       next_collision(scene.density, way, scene.settings.flights, channel, u, random, counters.majorants);
   if (flight.collided) {
     end = flight.t;
     ratio = grey(1.0f);
     collision = {end, scene.density.fluids[flight.local.fluid].phase, flight.local.albedo, flight.local.emission};
+    std::uint64_t counted = 0;
+    // The flight through the grid counts up to here only.
+    if (medium.grid >= 0) in_grid = fly_in_grid(scene.grids[medium.grid], path, end, channel, grid_u, counted);
   }
-  ratio *= flight.ratio;
+  ratio *= in_grid.ratio * flight.ratio;
   if (!is_black(medium.scattering) && end < infinity)
     ratio *= homogeneous_ratio(medium.scattering, channel, end - ray.t_min);
   path.throughput *= spectral_weight(ratio, shares);
-  const bool collided = scattered || flight.collided;
+  const bool collided = scattered || flight.collided || in_grid.collided;
   if (collided) path.throughput *= absorption_transmittance(medium.absorption, end - ray.t_min);
   return collided;
 }
@@ -90,6 +116,9 @@ EMBRUN_LOCAL_FN Rgb stretch_transmittance(const PathScene& scene, const MediaSta
   if (fluids != 0)
     through *= transmittance(scene.density, {ray.origin, ray.direction, ray.t_min, t, fluids},
                              scene.settings.transmittance, random, counters.majorants);
+  if (medium.grid >= 0)
+    through *= track_grid_transmittance(scene.grids[medium.grid], {ray.origin, ray.direction, ray.t_min, t, 0}, random,
+                                        counters.majorants);
   return through;
 }
 

@@ -6,6 +6,7 @@
 #include "integrators/direction_guide.h"
 #include "lights/light_set.h"
 #include "materials/material.h"
+#include "media/grid_medium.h"
 #include "media/media_state.h"
 #include "media/particle_flight.h"
 
@@ -40,8 +41,9 @@ struct PathSettings {
 struct PathScene {
   const Material* materials = nullptr;
   Medium media[max_media_classes];
-  ParticleDensityView density;  ///< the particles of all media
-  std::uint32_t volumes = 0;    ///< mask of its fluids that count everywhere: foam, fog
+  ParticleDensityView density;        ///< the particles of all media
+  std::uint32_t volumes = 0;          ///< mask of its fluids that count everywhere: foam, fog
+  const GridMedium* grids = nullptr;  ///< by Medium::grid
   LightSet lights;
   Camera camera;
   MediaState camera_media;  ///< what the camera is in

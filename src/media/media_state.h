@@ -14,6 +14,7 @@ struct Medium {
   Rgb scattering;
   PhaseFunction phase;
   std::uint32_t fluids = 0;  ///< mask of the fluids whose particles are a medium besides, where the path is inside them
+  std::int32_t grid = -1;    ///< number of the medium given on a grid that is there besides, or -1
 };
 
 /// Media are told apart by class, and the class is the priority: where bodies overlap, the highest class wins.

@@ -106,8 +106,8 @@ Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
 
 /// What makes two bodies' insides the same.
 auto inside_of(const MaterialDescription& m) {
-  return std::tuple{m.priority,     m.ior,          m.absorption.r, m.absorption.g, m.absorption.b,
-                    m.scattering.r, m.scattering.g, m.scattering.b, m.phase.kind,   m.phase.g};
+  return std::tuple{m.priority,     m.ior,          m.absorption.r, m.absorption.g, m.absorption.b, m.scattering.r,
+                    m.scattering.g, m.scattering.b, m.phase.kind,   m.phase.g,      m.grid_medium};
 }
 
 /// Sorts the insides of the scene's bodies into classes by priority.
@@ -126,7 +126,8 @@ class MediaClasses {
                               max_media_classes - 1));
     std::vector<Medium> media(1);
     for (const MaterialDescription& kind : kinds_)
-      media.push_back({static_cast<float>(kind.ior), kind.absorption, kind.scattering, kind.phase, 0});
+      media.push_back(
+          {static_cast<float>(kind.ior), kind.absorption, kind.scattering, kind.phase, 0, kind.grid_medium});
     return media;
   }
   /// The class of a material's inside; 0 for what has none.
@@ -190,6 +191,10 @@ class Compiler {
     for (std::size_t i = 0; i < scene_.fluids.size(); ++i)
       if (scene_.fluids[i].medium) flat_.media[classes_.class_of(scene_.fluids[i].material)].fluids |= 1u << i;
     for (std::size_t i = 0; i < scene_.volumes.size(); ++i) flat_.volumes |= 1u << (scene_.fluids.size() + i);
+    for (const GridMediumDescription& medium : scene_.grid_media) {
+      flat_.grid_media.push_back(compile_grid_medium(medium, flat_.recentring, flat_.bounds));
+      flat_.grids.push_back(flat_.grid_media.back().view());
+    }
   }
 
   Instance make_instance(GeometryKind kind, std::size_t geometry, const MaterialDescription& material) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "base/error.h"
 #include "math/black_body.h"
 
@@ -67,7 +69,40 @@ Placed place_volume(const VolumeDescription& volume, Vec3d recentring) {
   return placed;
 }
 
+/// A grid of the description in the scene's coordinates, its numbers times `scale`.
+GridValues place_grid(const ValueGridDescription& grid, Vec3d recentring, float scale) {
+  GridValues result{grid.values, grid.nx, grid.ny, grid.nz, grid.channels, grid.nearest, {}};
+  for (float& v : result.values) v *= scale;
+  result.to_world = {to_float(grid.placement.x_axis), to_float(grid.placement.y_axis), to_float(grid.placement.z_axis),
+                     to_float(grid.placement.origin - recentring)};
+  return result;
+}
+
+/// One cell that fills a box.
+GridValues fill_box(Rgb value, const Box3& box) {
+  const Vec3 size = box.high - box.low;
+  // Bodies that reach to the box's faces must not lose their outermost layer to rounding.
+  const float margin = 1e-3f * max_of(size.x, max_of(size.y, size.z)) + 1e-6f;
+  const Vec3 low = box.low - Vec3{margin, margin, margin}, high = box.high + Vec3{margin, margin, margin};
+  return {{value.r, value.g, value.b},
+          1,
+          1,
+          1,
+          3,
+          true,
+          {{high.x - low.x, 0, 0}, {0, high.y - low.y, 0}, {0, 0, high.z - low.z}, low}};
+}
+
 }  // namespace
+
+GridMediumData compile_grid_medium(const GridMediumDescription& medium, Vec3d recentring, const Box3& bounds) {
+  const auto scale = static_cast<float>(medium.scale);
+  GridValues albedo;
+  if (medium.albedo_grid) albedo = place_grid(*medium.albedo_grid, recentring, 1);
+  return {medium.extinction_grid ? place_grid(*medium.extinction_grid, recentring, scale)
+                                 : fill_box(medium.extinction * scale, bounds),
+          std::move(albedo), medium.albedo, medium.phase};
+}
 
 ParticleDensity compile_density(const SceneDescription& scene, Vec3d recentring) {
   const std::size_t count = scene.fluids.size() + scene.volumes.size();

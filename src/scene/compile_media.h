@@ -1,5 +1,7 @@
 #pragma once
 
+#include "geometry/box.h"
+#include "media/grid_medium_build.h"
 #include "media/particle_density_build.h"
 #include "scene/scene_description.h"
 
@@ -9,5 +11,8 @@ namespace embrun {
 /// their order, then the volumes; what has no medium of particles takes a place and has none. Throws Error when there are
 /// too many.
 ParticleDensity compile_density(const SceneDescription& scene, Vec3d recentring);
+
+/// A medium on a grid in coordinates relative to `recentring`. `bounds`: a box of the scene that all bodies are in.
+GridMediumData compile_grid_medium(const GridMediumDescription& medium, Vec3d recentring, const Box3& bounds);
 
 }  // namespace embrun

@@ -15,6 +15,7 @@
 #include "lights/light_set_builder.h"
 #include "materials/material.h"
 #include "math/transform.h"
+#include "media/grid_medium_build.h"
 #include "media/media_state.h"
 #include "media/particle_density_build.h"
 #include "scene/scene_description.h"
@@ -104,10 +105,12 @@ struct FlatScene {
   std::vector<MeshTriangle> mesh_triangles;
   std::vector<Image> pictures;  ///< owners of what textures view
   std::vector<Material> materials;
-  std::vector<Medium> media;     ///< by class; [0] is the air
-  ParticleDensity density;       ///< the particles of all media
-  std::uint32_t volumes = 0;     ///< mask of its fluids that count everywhere
-  EnvironmentImage environment;  ///< owner of what the lights view
+  std::vector<Medium> media;               ///< by class; [0] is the air
+  ParticleDensity density;                 ///< the particles of all media
+  std::uint32_t volumes = 0;               ///< mask of its fluids that count everywhere
+  std::vector<GridMediumData> grid_media;  ///< owners of what `grids` view
+  std::vector<GridMedium> grids;           ///< by Medium::grid
+  EnvironmentImage environment;            ///< owner of what the lights view
   LightSetBuilder lights;
   Camera camera;
   IntegratorDescription integrator;

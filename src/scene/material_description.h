@@ -97,11 +97,12 @@ struct MaterialDescription {
   /// Index inside a dielectric (smooth or rough) or a principled material with spec_trans, in [1, 10]. That of a thin
   /// dielectric, a plastic and an opaque principled material is relative to what is round it, in [0.1, 10].
   double ior = 1.33;
-  Rgb absorption;       ///< of the inside, per metre
-  Rgb scattering;       ///< of the inside, per metre: the same everywhere in it
-  PhaseFunction phase;  ///< of that scattering
+  Rgb absorption;        ///< of the inside, per metre
+  Rgb scattering;        ///< of the inside, per metre: the same everywhere in it
+  PhaseFunction phase;   ///< of that scattering
+  int grid_medium = -1;  ///< what fills the inside besides: index into SceneDescription::grid_media, or -1
   /// Where bodies overlap the inside of the highest priority counts; bodies whose insides are the same in priority, ior,
-  /// absorption, scattering and phase function are one solid. 1 and up; the air has 0.
+  /// absorption, scattering, phase function and grid are one solid. 1 and up; the air has 0.
   int priority = 1;
 
   bool operator==(const MaterialDescription&) const = default;
@@ -111,7 +112,8 @@ struct MaterialDescription {
 inline bool has_inside(const MaterialDescription& material) {
   if (is_interface(material.kind)) return true;
   if (material.kind == BsdfKind::principled) return material.principled.spec_trans > 0;
-  return material.kind == BsdfKind::null && !(is_black(material.absorption) && is_black(material.scattering));
+  return material.kind == BsdfKind::null &&
+         (material.grid_medium >= 0 || !(is_black(material.absorption) && is_black(material.scattering)));
 }
 
 /// True for materials that let no light through, and so may have another on their back.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "math/vec.h"
 #include "media/particle_medium.h"
 #include "media/phase_function.h"
+#include "scene/placement.h"
 
 // Media as plain data, part of scene_description.h.
 
@@ -43,6 +45,31 @@ struct ParticleMediumDescription {
   ParticleMediumSources sources;
 
   bool operator==(const ParticleMediumDescription&) const = default;
+};
+
+/// Numbers on a box of cells, which are those of the cells' centres.
+struct ValueGridDescription {
+  int nx = 0, ny = 0, nz = 0;
+  int channels = 1;           ///< 1 or 3
+  std::vector<float> values;  ///< [((z ny + y) nx + x) channels + channel]
+  bool nearest = false;       ///< the number of the cell a point is in; else trilinear between the centres
+  Placement placement;        ///< of [0,1]^3, which the cells divide, in the world
+  std::string file;           ///< where the numbers are from, or empty
+
+  bool operator==(const ValueGridDescription&) const = default;
+};
+
+/// A medium that differs from place to place, given by numbers on grids. It fills the bodies whose material names it, as
+/// far as the box of `extinction_grid` reaches.
+struct GridMediumDescription {
+  Rgb extinction{1, 1, 1};  ///< per metre, where there is no grid of it
+  std::optional<ValueGridDescription> extinction_grid;
+  double scale = 1;                 ///< factor on the extinction
+  Rgb albedo{0.75f, 0.75f, 0.75f};  ///< scattering / extinction, in [0, 1], where there is no grid of it
+  std::optional<ValueGridDescription> albedo_grid;
+  PhaseFunction phase;
+
+  bool operator==(const GridMediumDescription&) const = default;
 };
 
 /// Particles that fill space with a medium and have no surface: foam, fog, fire. They count wherever they are, in air

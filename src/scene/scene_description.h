@@ -187,6 +187,8 @@ struct SceneDescription {
   UpAxis up = UpAxis::y;
   std::vector<FluidDescription> fluids;
   std::vector<VolumeDescription> volumes;
+  /// What fills bodies whose materials name it.
+  std::vector<GridMediumDescription> grid_media;
   /// Where particles of several fluids and volumes overlap.
   MediaOverlap overlap = MediaOverlap::sum;
   std::vector<BallsDescription> balls;

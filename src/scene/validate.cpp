@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "base/error.h"
+#include "scene/each_material.h"
 #include "scene/scene_description.h"
 
 namespace embrun {
@@ -173,6 +174,31 @@ void check_particle_medium(const ParticleMediumDescription& medium, std::size_t 
             "{}: particle {}: temperature {} K is not in [0, 1e6]", what, i, medium.temperatures[i]);
 }
 
+void check_value_grid(const ValueGridDescription& grid, float highest, const std::string& what) {
+  constexpr int most = 1 << 20;
+  require(grid.nx >= 1 && grid.ny >= 1 && grid.nz >= 1 && grid.nx <= most && grid.ny <= most && grid.nz <= most &&
+              (grid.channels == 1 || grid.channels == 3),
+          "{}: {} x {} x {} cells of {} channels; there must be cells, of 1 or 3 channels", what, grid.nx, grid.ny,
+          grid.nz, grid.channels);
+  const double numbers = static_cast<double>(grid.nx) * grid.ny * grid.nz * grid.channels;
+  require(static_cast<double>(grid.values.size()) == numbers, "{}: {} values for {} x {} x {} cells of {} channels",
+          what, grid.values.size(), grid.nx, grid.ny, grid.nz, grid.channels);
+  for (std::size_t i = 0; i < grid.values.size(); ++i)
+    require(grid.values[i] >= 0 && grid.values[i] <= highest, "{}: value {} is {}, which is not in [0, {}]", what, i,
+            grid.values[i], highest);
+  check_placement(grid.placement, what);
+}
+
+void check_grid_medium(const GridMediumDescription& medium, const std::string& what) {
+  constexpr float greatest = 1e30f;
+  check_color(medium.extinction, what + ": extinction", greatest);
+  require(medium.scale >= 0 && medium.scale <= 1e6, "{}: scale {} is not in [0, 1e6]", what, medium.scale);
+  check_color(medium.albedo, what + ": albedo", 1);
+  check_phase(medium.phase, what);
+  if (medium.extinction_grid) check_value_grid(*medium.extinction_grid, greatest, what + ": extinction");
+  if (medium.albedo_grid) check_value_grid(*medium.albedo_grid, 1, what + ": albedo");
+}
+
 /// True when the placement turns balls into balls.
 bool keeps_balls(const Placement& p) {
   const double x = length(p.x_axis), y = length(p.y_axis), z = length(p.z_axis);
@@ -317,6 +343,14 @@ void check_mesh(const MeshDescription& mesh, std::size_t pictures, const std::st
 
 std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {}", what, i + 1); }
 
+/// Every material's grid is there.
+void check_grid_references(const SceneDescription& scene) {
+  each_material(scene, [&](const MaterialDescription& material, const char* what, std::size_t i) {
+    require(material.grid_medium < static_cast<int>(scene.grid_media.size()), "{}: it names grid medium {} of {}",
+            numbered(what, i), material.grid_medium + 1, scene.grid_media.size());
+  });
+}
+
 }  // namespace
 
 void validate(const SceneDescription& scene) {
@@ -324,6 +358,9 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < pictures; ++i) check_picture(scene.pictures[i], numbered("picture", i));
   for (std::size_t i = 0; i < scene.fluids.size(); ++i) check_fluid(scene.fluids[i], pictures, numbered("fluid", i));
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) check_volume(scene.volumes[i], numbered("volume", i));
+  for (std::size_t i = 0; i < scene.grid_media.size(); ++i)
+    check_grid_medium(scene.grid_media[i], numbered("grid medium", i));
+  check_grid_references(scene);
   for (std::size_t i = 0; i < scene.balls.size(); ++i) {
     const std::string what = numbered("set of balls", i);
     check_material(scene.balls[i].material, pictures, what);

@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include "backend/cpu/cpu_scene.h"
+#include "math/next_float.h"
 #include "media/media_state.h"
 
 // Rays against balls by Embree: its tree leads to blocks of balls, and what a query wants of a block is decided here.
@@ -82,15 +83,6 @@ EMBRUN_LOCAL_FN void meet_block(const RTCIntersectFunctionNArguments* arguments)
     answer.hit.geomID = arguments->geomID;
     answer.hit.instID[0] = arguments->context->instID[0];
   }
-}
-
-/// The next larger number after one that is not negative.
-EMBRUN_FN float next_float(float v) {
-  std::uint32_t bits;
-  __builtin_memcpy(&bits, &v, sizeof bits);
-  ++bits;
-  __builtin_memcpy(&v, &bits, sizeof bits);
-  return v;
 }
 
 EMBRUN_LOCAL_FN RTCRayHit embree_ray(const Ray& ray, float t_near, float t_far) {

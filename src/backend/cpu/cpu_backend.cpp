@@ -72,6 +72,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];
   path_scene_.density = scene.density.view();
   path_scene_.volumes = scene.volumes;
+  path_scene_.grids = scene.grids.data();
   path_scene_.lights = scene.lights.view();
   path_scene_.camera = scene.camera;
   path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye);
