@@ -10,6 +10,7 @@
 #include "io/cursor.h"
 #include "io/file_bytes.h"
 #include "io/scene/indices.h"
+#include "io/scene/number_in_order.h"
 #include "io/scene/reading.h"
 #include "io/text.h"
 
@@ -67,18 +68,20 @@ void read_elements(SceneReading& reading) {
       "emitter", [&](const XmlElement& e) { read_emitter(reading, e); }, any);
   each(
       "shape", [&](const XmlElement& e) { read_shape(reading, e, {}); }, any);
+  // What others refer to, or nobody, is still to be right.
   each(
       "bsdf", [&](const XmlElement& e) { read_material(reading, e); }, any);
-  // What others refer to.
-  for (const std::string_view tag : {"texture", "medium", "phase", "rfilter", "film", "sampler"})
+  for (const std::string_view tag : {"texture", "medium", "volume", "phase", "rfilter", "film", "sampler"})
     each(
         tag,
         [&](const XmlElement& e) {
           if (e.find("id") == nullptr)
             reading.tree.fail(e, e.tag, "it belongs to nothing, and has no id to refer to it by");
+          if (tag == "medium") read_interior(reading, e);
         },
         any);
   scene.finish();
+  number_in_order(description);
 }
 
 }  // namespace

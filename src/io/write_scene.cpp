@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "io/read_scene.h"
+#include "scene/each_material.h"
 
 namespace embrun {
 namespace {
@@ -239,7 +240,39 @@ void write_bsdf(Xml& xml, const Pictures& pictures, const MaterialDescription& m
   xml.close();
 }
 
+void write_value_grid(Xml& xml, const char* name, const ValueGridDescription& grid, std::size_t index) {
+  need_file(grid.file, "grid medium", index);
+  xml.open(fmt::format("volume name=\"{}\" type=\"gridvolume\"", name));
+  xml.file(grid.file);
+  if (grid.nearest) xml.text("filter_type", "nearest");
+  xml.placement(grid.placement);
+  xml.close();
+}
+
+std::string grid_medium_id(int index) { return fmt::format("grid_medium_{}", index + 1); }
+
+/// `absorption`: what the bodies that it fills have besides.
+void write(Xml& xml, const GridMediumDescription& medium, std::size_t index, Rgb absorption) {
+  xml.open("medium type=\"heterogeneous\" id=\"" + grid_medium_id(static_cast<int>(index)) + "\"");
+  if (medium.extinction_grid)
+    write_value_grid(xml, "sigma_t", *medium.extinction_grid, index);
+  else
+    xml.color("sigma_t", medium.extinction);
+  if (medium.albedo_grid)
+    write_value_grid(xml, "albedo", *medium.albedo_grid, index);
+  else
+    xml.color("albedo", medium.albedo);
+  xml.real("scale", medium.scale);
+  if (!is_black(absorption)) xml.color("sigma_a", absorption);
+  write(xml, medium.phase);
+  xml.close();
+}
+
 void write_interior(Xml& xml, const MaterialDescription& material, const std::string& id = {}) {
+  if (material.grid_medium >= 0) {
+    if (id.empty()) xml.line("<ref name=\"interior\" id=\"" + grid_medium_id(material.grid_medium) + "\"/>");
+    return;
+  }
   if (is_black(material.absorption) && is_black(material.scattering)) return;
   xml.open(id.empty() ? "medium name=\"interior\" type=\"homogeneous\""
                       : "medium id=\"" + id + "\" type=\"homogeneous\"");
@@ -247,6 +280,21 @@ void write_interior(Xml& xml, const MaterialDescription& material, const std::st
   xml.color("sigma_s", material.scattering);
   write(xml, material.phase);
   xml.close();
+}
+
+/// Media on grids, which bodies refer to.
+void write_grid_media(Xml& xml, const SceneDescription& scene) {
+  std::vector<std::optional<Rgb>> absorption(scene.grid_media.size());
+  each_material(scene, [&](const MaterialDescription& material, const char* what, std::size_t i) {
+    if (material.grid_medium < 0) return;
+    std::optional<Rgb>& own = absorption.at(static_cast<std::size_t>(material.grid_medium));
+    if (!is_black(material.scattering) || (own && !(*own == material.absorption)))
+      throw Error(fmt::format(
+          "{} {}: it has a medium on a grid and others besides it that a scene file cannot say together", what, i + 1));
+    own = material.absorption;
+  });
+  for (std::size_t i = 0; i < scene.grid_media.size(); ++i)
+    write(xml, scene.grid_media[i], i, absorption[i].value_or(Rgb{}));
 }
 
 void write_material(Xml& xml, const Pictures& pictures, const MaterialDescription& material) {
@@ -339,7 +387,9 @@ void write(Xml& xml, const Pictures& pictures, const BallsDescription& set, std:
   // The spheres of a set share their material.
   const bool shared = set.balls.size() > 1;
   const std::string material = fmt::format("balls_{}", index + 1), medium = material + "_medium";
-  const bool has_medium = !(is_black(set.material.absorption) && is_black(set.material.scattering));
+  const bool on_grid = set.material.grid_medium >= 0;
+  const bool has_medium = on_grid || !(is_black(set.material.absorption) && is_black(set.material.scattering));
+  const std::string interior = on_grid ? grid_medium_id(set.material.grid_medium) : medium;
   if (shared) {
     write_bsdf(xml, pictures, set.material, material);
     write_interior(xml, set.material, medium);
@@ -354,7 +404,7 @@ void write(Xml& xml, const Pictures& pictures, const BallsDescription& set, std:
     }
     if (shared) {
       xml.line("<ref id=\"" + material + "\"/>");
-      if (has_medium) xml.line("<ref name=\"interior\" id=\"" + medium + "\"/>");
+      if (has_medium) xml.line("<ref name=\"interior\" id=\"" + interior + "\"/>");
     } else {
       write_material(xml, pictures, set.material);
     }
@@ -598,6 +648,7 @@ std::string write_scene(const SceneDescription& scene) {
   xml.text("overlap", overlaps[static_cast<int>(scene.overlap)]);
   write_integrator(xml, scene.integrator);
   write_sensor(xml, scene);
+  write_grid_media(xml, scene);
   write(xml, scene.environment);
   for (const LightDescription& light : scene.lights) write(xml, light);
   for (std::size_t i = 0; i < scene.fluids.size(); ++i) write(xml, scene.pictures, scene.fluids[i], i);

@@ -7,13 +7,21 @@ namespace {
 
 using namespace embrun;
 
-/// The files that a scene may name: itself by any *.xml (so that includes never end), a mesh and particles.
+/// A grid of 2 x 1 x 1 cells.
+constexpr std::string_view grid(
+    "VOL\x03\x01\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\0\0"
+    "\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\x80\x3f\0\0\x80\x3f"
+    "\0\0\x80\x3f\0\0\0\x3f",
+    56);
+
+/// The files that a scene may name: itself by any *.xml (so that includes never end), a mesh, particles and a grid.
 std::vector<std::byte> file(const std::string& path, std::string_view scene) {
   constexpr std::string_view mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
   constexpr std::string_view particles = "x,y,z,density\n0,0,0,1\n1,0,0,2\n0,1,0,3\n";
   const std::string_view content = path.ends_with(".xml")   ? scene
                                    : path.ends_with(".obj") ? mesh
                                    : path.ends_with(".csv") ? particles
+                                   : path.ends_with(".vol") ? grid
                                                             : throw Error(path + ": cannot open");
   std::vector<std::byte> bytes(content.size());
   if (!content.empty()) std::memcpy(bytes.data(), content.data(), content.size());

@@ -17,6 +17,7 @@
 #include "io/particle_files.h"
 #include "io/read_mesh.h"
 #include "io/read_particles.h"
+#include "io/read_volume.h"
 
 namespace {
 
@@ -54,7 +55,23 @@ struct Seed {
   std::string name;
   std::string file;
   bool is_mesh = false;
+  bool is_volume = false;
 };
+
+/// A grid of 3 x 2 x 2 cells of three channels.
+std::string volume_file(std::int32_t encoding) {
+  FileBytes bytes(false);
+  bytes.text("VOL").number(std::uint8_t{3}).number(encoding);
+  for (const std::int32_t n : {3, 2, 2, 3}) bytes.number(n);
+  for (const float b : {0.0f, 0.0f, 0.0f, 1.0f, 1.0f, 1.0f}) bytes.number(b);
+  for (int i = 0; i < 36; ++i) {
+    if (encoding == 1)
+      bytes.number(0.25f * static_cast<float>(i));
+    else
+      bytes.number(static_cast<std::uint8_t>(7 * i));
+  }
+  return bytes.str();
+}
 
 std::vector<Seed> seeds() {
   const ParticleSet set = some_particles(8);
@@ -73,6 +90,9 @@ std::vector<Seed> seeds() {
       {"faces_ascii.ply", tetrahedron_ply(PlyKind::ascii), true},
       {"faces.obj", tetrahedron_obj(), true},
   };
+  all.push_back({"grid.vol", volume_file(1), false, true});
+  all.push_back({"bytes.vol", volume_file(3), false, true});
+  all.push_back({"packed.vol", gzipped(volume_file(1)), false, true});
   // Meshes are also read as particles: the vertices stand before or after lists.
   for (std::size_t i = 10; i < 12; ++i) all.push_back({"particles_of_" + all[i].name, all[i].file, false});
   return all;
@@ -88,7 +108,13 @@ bool read_hostile(const Seed& seed, const std::string& file, const std::string& 
   peak_bytes = before;
   bool accepted = false;
   try {
-    if (seed.is_mesh) {
+    if (seed.is_volume) {
+      const VolumeFile volume = read_volume_from_memory(as_bytes(file), name);
+      accepted = true;
+      EXPECT_EQ(volume.values.size(), static_cast<std::size_t>(volume.nx) * static_cast<std::size_t>(volume.ny) *
+                                          static_cast<std::size_t>(volume.nz) *
+                                          static_cast<std::size_t>(volume.channels));
+    } else if (seed.is_mesh) {
       const TriangleMesh mesh = read_mesh_from_memory(as_bytes(file), name);
       accepted = true;
       EXPECT_FALSE(mesh.triangles.empty());
@@ -134,7 +160,7 @@ TEST(HostileFiles, EveryTruncation) {
     if (seed.name.ends_with(".bgeo")) {
       EXPECT_LE(accepted, 2u) << seed.name;
     }
-    if (seed.name == "little.ply" || seed.name == "big.ply") {
+    if (seed.name == "little.ply" || seed.name == "big.ply" || seed.is_volume) {
       EXPECT_EQ(accepted, 0u) << seed.name;
     }
   }
@@ -217,13 +243,15 @@ TEST(HostileFiles, RandomBytes) {
                                 "# vtk DataFile Version 3.0\nt\nBINARY\n",
                                 "\x1f\x8b\x08",
                                 "x,y,z\n",
-                                "v 0 0 0\nf "};
+                                "v 0 0 0\nf ",
+                                std::string("VOL\x03\x01\0\0\0", 8)};
   for (const std::string& start : starts) {
     for (int round = 0; round < 500; ++round) {
       std::string file = start;
       for (std::size_t i = random() % 200; i-- > 0;) file += static_cast<char>(random());
       read_hostile({"noise", "", false}, file, "noise");
       read_hostile({"noise", "", true}, file, "noise");
+      read_hostile({"noise", "", false, true}, file, "noise");
     }
   }
 }

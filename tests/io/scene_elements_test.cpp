@@ -222,8 +222,8 @@ TEST(SceneMaterials, InteriorMedia) {
       inside(dielectric("1.33", "1"), "<rgb name=\"sigma_a\" value=\"1, 2, 3\"/><float name=\"sigma_s\" value=\"0\"/>");
   EXPECT_EQ(wine.absorption, (Rgb{1, 2, 3}));
   EXPECT_TRUE(is_black(wine.scattering));
-  EXPECT_NE(error_of("<shape type=\"sphere\"><medium name=\"interior\" type=\"heterogeneous\"/></shape>")
-                .find("medium \"heterogeneous\": media from grids are not supported"),
+  EXPECT_NE(error_of("<shape type=\"sphere\"><medium name=\"interior\" type=\"cloudy\"/></shape>")
+                .find("medium \"cloudy\": this medium is not supported"),
             std::string::npos);
   EXPECT_NE(error_of("<shape type=\"sphere\"><medium name=\"interior\" type=\"homogeneous\"><phase type=\"hg\"><float "
                      "name=\"g\" value=\"1\"/></phase></medium></shape>")

@@ -2,10 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "embrun/embrun.h"
 #include "image/metrics.h"
@@ -14,58 +11,13 @@
 #include "io/read_particles.h"
 #include "io/read_scene.h"
 #include "render/default_scene.h"
+#include "render/scene_file_meshes.h"
 #include "render/transport.h"
 
 namespace embrun {
 namespace {
 
 using namespace testing_support;
-
-/// A mesh as a PLY file.
-std::string ply_of(const std::vector<Vec3d>& positions, const std::vector<std::array<int, 3>>& triangles) {
-  std::ostringstream out;
-  out << "ply\nformat ascii 1.0\nelement vertex " << positions.size()
-      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << triangles.size()
-      << "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const Vec3d& p : positions) out << p.x << ' ' << p.y << ' ' << p.z << '\n';
-  for (const auto& t : triangles) out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
-  return out.str();
-}
-
-/// The light or dark cells of the references' floor, as a mesh that is seen from above.
-std::string floor_ply(double extent, double cell, bool light) {
-  std::vector<Vec3d> positions;
-  std::vector<std::array<int, 3>> triangles;
-  const int half = static_cast<int>(extent / cell);
-  for (int i = -half; i < half; ++i)
-    for (int j = -half; j < half; ++j) {
-      if (((i + j) % 2 == 0) != light) continue;
-      const int first = static_cast<int>(positions.size());
-      for (const auto& [a, b] : {std::pair{0, 0}, {0, 1}, {1, 1}, {1, 0}})
-        positions.push_back({(i + a) * cell, -0.05, (j + b) * cell});
-      triangles.push_back({first, first + 1, first + 2});
-      triangles.push_back({first, first + 2, first + 3});
-    }
-  return ply_of(positions, triangles);
-}
-
-/// [-1, 1] x [0, 1] x [-1, 1]
-std::string water_ply() {
-  std::vector<Vec3d> positions;
-  for (int i = 0; i < 8; ++i) positions.push_back({i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : 0.0, i & 4 ? 1.0 : -1.0});
-  return ply_of(positions, {{0, 4, 6},
-                            {0, 6, 2},
-                            {1, 3, 7},
-                            {1, 7, 5},
-                            {0, 1, 5},
-                            {0, 5, 4},
-                            {2, 6, 7},
-                            {2, 7, 3},
-                            {0, 2, 3},
-                            {0, 3, 1},
-                            {4, 5, 7},
-                            {4, 7, 6}});
-}
 
 // The very file that Mitsuba was given for a picture of bubbles and balls in water, with its meshes made anew, renders to
 // that picture: at an eighth of its resolution, where a pixel is a block of the reference.
@@ -75,12 +27,9 @@ TEST(SceneFile, OfAnotherRendererGivesItsPicture) {
     const std::string name = std::filesystem::path(path).filename();
     const std::string made = name == "floor2_light.ply"  ? floor_ply(4, 0.25, true)
                              : name == "floor2_dark.ply" ? floor_ply(4, 0.25, false)
-                             : name == "s2_water.ply"    ? water_ply()
+                             : name == "s2_water.ply"    ? box_ply({-1, 0, -1}, {1, 1, 1})
                                                          : "";
-    if (made.empty()) return read_file_bytes(path);
-    std::vector<std::byte> bytes(made.size());
-    std::memcpy(bytes.data(), made.data(), made.size());
-    return bytes;
+    return made.empty() ? read_file_bytes(path) : bytes_of(made);
   };
   SceneFile file = read_scene(folder + "scene.m3.xml", {}, read);
   SceneDescription& scene = file.scene;
@@ -123,10 +72,7 @@ TEST(SceneFile, SaysWhatTheCommandLineSays) {
     measured.file = particles;
     const SceneDescription expected = make_scene(measured, options, notes);
     const SceneFile again = read_scene("/scene.xml", {}, [&](const std::string& path) {
-      if (path != "/scene.xml") return read_file_bytes(path);
-      std::vector<std::byte> bytes(text.size());
-      std::memcpy(bytes.data(), text.data(), text.size());
-      return bytes;
+      return path == "/scene.xml" ? bytes_of(text) : read_file_bytes(path);
     });
     EXPECT_TRUE(again.scene == expected) << text;
     EXPECT_TRUE(again.warnings.empty());

@@ -12,6 +12,13 @@
 
 namespace embrun {
 
+/// What the interior <medium> of a shape makes of its inside.
+struct Interior {
+  Rgb absorption, scattering;  ///< the same everywhere, per metre
+  PhaseFunction phase;         ///< of `scattering`
+  int grid_medium = -1;        ///< what is there besides
+};
+
 /// What the readers of a scene's parts share.
 struct SceneReading {
   SceneReading(const XmlTree& whole, const ReadFileBytes& files, SceneFile& file);
@@ -22,6 +29,7 @@ struct SceneReading {
   BodyPriorities priorities;
   std::unordered_map<std::string, const XmlElement*> ids;
   std::map<const XmlElement*, MaterialDescription> materials;  ///< those read so far
+  std::map<const XmlElement*, Interior> interiors;             ///< by <medium>
   std::map<std::string, TriangleMesh> meshes;                  ///< by path
   std::size_t shapes = 0;
   int material_depth = 0;
@@ -61,6 +69,8 @@ Rgb take_emission(SceneReading& reading, SceneObject& shape);
 
 /// The <phase> in a medium; isotropic where there is none.
 PhaseFunction take_phase(SceneReading& reading, SceneObject& medium);
+/// A <medium>, which several shapes may have; read once.
+const Interior& read_interior(SceneReading& reading, const XmlElement& element);
 /// Fills in what a shape's interior <medium>, or null, does to light.
 void fill_inside(SceneReading& reading, SceneObject& shape, const XmlElement* medium, MaterialDescription& material);
 
