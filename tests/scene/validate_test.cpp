@@ -33,6 +33,13 @@ SceneDescription good_scene() {
   foam.positions = {{4, 0, 0}, {4.1, 0, 0}};
   scene.volumes.push_back(foam);
   scene.fluids[0].medium.emplace();
+  GridMediumDescription fog;
+  fog.extinction_grid.emplace();
+  fog.extinction_grid->nx = fog.extinction_grid->ny = 1;
+  fog.extinction_grid->nz = 2;
+  fog.extinction_grid->values = {1, 2};
+  scene.grid_media.push_back(fog);
+  scene.boxes[0].material.grid_medium = 0;
   scene.camera.eye = {0, 0, 5};
   return scene;
 }
@@ -231,6 +238,36 @@ const Flaw flaws[] = {
        s.lights[0].radius = -1;
      },
      "light 1: its radius -1"},
+    {"light_direction",
+     [](auto& s) {
+       s.lights[0].kind = LightDescription::Kind::directional;
+       s.lights[0].normal = {};
+     },
+     "light 1: its direction is zero"},
+    {"light_intensity",
+     [](auto& s) {
+       s.lights[0].kind = LightDescription::Kind::point;
+       s.lights[0].radiance.g = -1;
+     },
+     "radiance -1"},
+    {"grid_cells", [](auto& s) { s.grid_media[0].extinction_grid->nx = 0; }, "grid medium 1: extinction: 0 x 1 x 2"},
+    {"grid_values", [](auto& s) { s.grid_media[0].extinction_grid->values.pop_back(); },
+     "grid medium 1: extinction: 1 values for 1 x 1 x 2 cells"},
+    {"grid_negative", [](auto& s) { s.grid_media[0].extinction_grid->values[1] = -1; }, "value 1 is -1"},
+    {"grid_nan", [](auto& s) { s.grid_media[0].extinction_grid->values[0] = std::nanf(""); }, "value 0 is nan"},
+    {"grid_flat", [](auto& s) { s.grid_media[0].extinction_grid->placement.z_axis = {}; }, "the placement flattens it"},
+    {"grid_albedo",
+     [](auto& s) {
+       s.grid_media[0].albedo_grid = s.grid_media[0].extinction_grid;  // which has a 2
+     },
+     "grid medium 1: albedo: value 1 is 2"},
+    {"grid_scale", [](auto& s) { s.grid_media[0].scale = -2; }, "grid medium 1: scale -2"},
+    {"grid_reference", [](auto& s) { s.meshes[0].material.grid_medium = 3; }, "mesh 1: it names grid medium 4 of 1"},
+    {"meridian",
+     [](auto& s) {
+       s.cylinders.push_back({{0, 0, 0}, {0, 0, 1}, 1, {0, 1, 1}, false, {}, {}});
+     },
+     "cylinder 1: its meridian is not at right angles"},
     {"light_radiance", [](auto& s) { s.lights[0].radiance.g = -1; }, "radiance"},
     {"environment", [](auto& s) { s.environment.constant.b = -1; }, "environment: radiance"},
     {"no_pixels", [](auto& s) { s.film.width = 0; }, "picture of 0 x 720 pixels"},
