@@ -25,8 +25,10 @@ constexpr const char* footer =
     "  embrun render dam.bgeo -o dam.png\n"
     "  embrun render scene.xml -o scene.png\n"
     "  embrun info dam.bgeo\n"
+    "  embrun compare dam.exr reference.exr\n"
     "  embrun render --help          every option, with its default\n\n"
-    "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is, 130 interrupted.\n"
+    "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
+    "3 pictures that differ by more than the limit given, 130 interrupted.\n"
     "EMBRUN_ISA=baseline|avx2|avx512 pins the instruction set, so that different machines give the same bits.";
 
 int run(int argc, char** argv) {
@@ -39,6 +41,7 @@ int run(int argc, char** argv) {
   add_render_command(program, command_line_of(argc, argv), exit_code);
   add_info_command(program, exit_code);
   add_scene_command(program, exit_code);
+  add_compare_command(program, exit_code);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -10,6 +10,8 @@
 // Lengths are metres, angles degrees, absorption is per metre, radiance is linear RGB (Rec. 709). Every mistake of the
 // user's ends in an exception derived from std::runtime_error whose text says what is wrong, where, and what to do.
 
+#include <embrun/compare.h>
+
 #include <array>
 #include <atomic>
 #include <cstdint>

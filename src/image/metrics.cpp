@@ -80,6 +80,18 @@ double mean_squared_error(const Image& a, const Image& b) {
 
 double root_mean_squared_error(const Image& a, const Image& b) { return std::sqrt(mean_squared_error(a, b)); }
 
+double peak_signal_to_noise(double mean_squared_error) { return -10 * std::log10(mean_squared_error); }
+
+double relative_mean_squared_error(const Image& a, const Image& reference) {
+  check_same_shape(a, reference);
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    const double r = static_cast<double>(reference.pixels[i]), d = static_cast<double>(a.pixels[i]) - r;
+    sum += d * d / (r * r + 0.01);
+  }
+  return a.pixels.empty() ? 0.0 : sum / static_cast<double>(a.pixels.size());
+}
+
 Estimate mean_ratio(const Image& a, const Image& b, int block_size) {
   check_same_shape(a, b);
   const double mean_b = mean_value(b);

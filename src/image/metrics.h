@@ -12,6 +12,11 @@ double mean_value(const Image& image);
 /// Mean squared difference, and its root. The images must have the same size and channels (checked, as below).
 double mean_squared_error(const Image& a, const Image& b);
 double root_mean_squared_error(const Image& a, const Image& b);
+/// Peak signal-to-noise ratio in dB of values with a peak of 1: -10 log10(MSE); infinite for 0.
+double peak_signal_to_noise(double mean_squared_error);
+/// Mean of (a - reference)^2 / (reference^2 + 0.01) over all pixels and channels [Rousselle2011]: errors count by what
+/// they are to their surroundings, and the 0.01 keeps black from counting without limit.
+double relative_mean_squared_error(const Image& a, const Image& reference);
 
 /// A ratio with its standard error.
 struct Estimate {

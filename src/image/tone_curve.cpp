@@ -123,6 +123,16 @@ Rgb tone_map(Rgb radiance, const ToneSettings& settings) {
   return {srgb_encode(c.r), srgb_encode(c.g), srgb_encode(c.b)};
 }
 
+Image display_values(const Image& radiance, const ToneSettings& settings) {
+  EMBRUN_CHECK(radiance.channels == 3);
+  Image out = make_image(radiance.width, radiance.height, 3);
+  for (std::size_t i = 0; i < out.pixels.size(); i += 3) {
+    const Rgb v = tone_map({radiance.pixels[i], radiance.pixels[i + 1], radiance.pixels[i + 2]}, settings);
+    for (int c = 0; c < 3; ++c) out.pixels[i + static_cast<std::size_t>(c)] = v[c];
+  }
+  return out;
+}
+
 std::uint8_t quantize(float v, int x, int y, bool dither) {
   const float scaled = 255.0f * clamp(v, 0.0f, 1.0f);
   if (!dither) {

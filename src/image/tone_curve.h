@@ -41,6 +41,10 @@ float filmic_curve(float x);
 /// implementation maps tones so); what is far above 1 goes to white. NaN and negative channels count as 0.
 Rgb tone_map(Rgb radiance, const ToneSettings& settings);
 
+/// tone_map() of each pixel of a picture with three channels (checked): what a PNG file gets before it is rounded to 8
+/// bits.
+Image display_values(const Image& radiance, const ToneSettings& settings);
+
 /// Rounds v in [0, 1] to 0..255. With dithering, adds a threshold that depends on the pixel's place alone: an
 /// integer form of the R2 sequence [Roberts2018], close to blue noise. Values k/255 are kept.
 std::uint8_t quantize(float v, int x, int y, bool dither);

@@ -313,6 +313,7 @@ ImageMetadata Renderer::State::metadata() const {
   if (!options.command.empty()) data.emplace_back("command", options.command);
   data.emplace_back("seed", std::to_string(report.seed));
   data.emplace_back("samples", std::to_string(next_sample - static_cast<std::uint32_t>(options.first_sample)));
+  if (options.denoise) data.emplace_back("denoised", "yes");
   data.emplace_back("date", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now)));
   data.emplace_back("render_seconds", fmt::format("{:.2f}", report.render_seconds));
   data.emplace_back("choices", report.pinning_flags);

@@ -23,6 +23,22 @@ TEST(Metrics, ErrorsOfKnownPictures) {
   EXPECT_EQ(mean_squared_error(a, a), 0.0);
 }
 
+TEST(Metrics, PeakSignalToNoise) {
+  EXPECT_NEAR(peak_signal_to_noise(0.01), 20.0, 1e-12);
+  EXPECT_NEAR(peak_signal_to_noise(1.0), 0.0, 1e-12);
+  EXPECT_TRUE(std::isinf(peak_signal_to_noise(0.0)));
+}
+
+TEST(Metrics, RelativeErrorsCountByTheReference) {
+  Image a = filled(2, 1, 0.1f), b = filled(2, 1, 0.0f);
+  for (int c = 0; c < 3; ++c) {
+    a.at(1, 0, c) = 1.5f;
+    b.at(1, 0, c) = 1.0f;
+  }
+  // 0.1^2 / 0.01 beside black, 0.5^2 / 1.01 beside 1.
+  EXPECT_NEAR(relative_mean_squared_error(a, b), 0.5 * (1.0 + 0.25 / 1.01), 1e-6);
+}
+
 TEST(Metrics, BlocksAreRelativeToTheirOwnMean) {
   Image a = filled(17, 9, 0.5f), b = filled(17, 9, 0.5f);  // two whole blocks; the rim is left out
   for (int y = 0; y < 8; ++y) {

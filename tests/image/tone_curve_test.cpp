@@ -128,6 +128,17 @@ TEST(Dither, RoundsToNearestWithout) {
   EXPECT_EQ(quantize(-2.0f, 0, 0, true), 0);
 }
 
+// Display values are what an undithered PNG holds, before rounding.
+TEST(DisplayImage, IsRoundedDisplayValues) {
+  Image radiance = make_image(3, 1, 3, "beauty");
+  radiance.pixels = {0.0f, 0.18f, 2.0f, 0.4f, 0.01f, 0.3f, 20.0f, 0.7f, -1.0f};
+  const ToneSettings tone{0.5f, ToneCurve::filmic, false};
+  const Image values = display_values(radiance, tone);
+  const DisplayImage display = to_display(radiance, tone);
+  for (std::size_t i = 0; i < 9; ++i)
+    EXPECT_EQ(display.pixels[i], static_cast<int>(std::lround(255 * values.pixels[i]))) << i;
+}
+
 TEST(DisplayImage, CropIsDitheredAsTheWhole) {
   Image whole = make_image(16, 16, 3, "beauty");
   for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
