@@ -174,8 +174,9 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       }
     }
   }
-  // Hundreds of near-tangencies in one cell: take the last one as a touch that is no crossing.
-  return false;
+  // Hundreds of near-tangencies in one cell: one that is known to cross does so here, others are touches.
+  t_hit = 0.5f * (low + sure);
+  return t_hit <= high;
 }
 
 }  // namespace embrun
