@@ -201,6 +201,7 @@ struct RenderReport {
   std::uint64_t bad_samples = 0;            ///< NaN, infinite, negative or stuck: left out
   /// What renders one of them alone, for the first few: RenderOptions::command with flags that overrule its own.
   std::vector<std::string> replay_commands;
+  std::vector<std::string> contradiction_commands;  ///< likewise, of the samples with medium_contradictions
 };
 
 /// Several lines for people, ending with a line feed.

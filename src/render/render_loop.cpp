@@ -39,6 +39,7 @@ class ProgressMeter {
 void merge_counts(RenderCounts& sum, RenderCounts&& pass) {
   add(sum.paths, pass.paths);
   sum.bad_samples.insert(sum.bad_samples.end(), pass.bad_samples.begin(), pass.bad_samples.end());
+  sum.contradicting.insert(sum.contradicting.end(), pass.contradicting.begin(), pass.contradicting.end());
   sum.cancelled = sum.cancelled || pass.cancelled;
 }
 

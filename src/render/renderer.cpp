@@ -368,6 +368,7 @@ bool Renderer::add_samples(int count, const RenderHooks& hooks) {
       embrun::render_samples(*s.backend, s.film, s.next_sample, static_cast<std::uint32_t>(count), control);
   add(s.counts.paths, counts.paths);
   s.counts.bad_samples.insert(s.counts.bad_samples.end(), counts.bad_samples.begin(), counts.bad_samples.end());
+  s.counts.contradicting.insert(s.counts.contradicting.end(), counts.contradicting.begin(), counts.contradicting.end());
   s.next_sample += static_cast<std::uint32_t>(count);
   s.report.cancelled = s.report.cancelled || counts.cancelled;
   s.report.render_seconds += watch.seconds();
@@ -408,10 +409,12 @@ RenderReport Renderer::report() const {
   r.medium_contradictions = p.contradictions;
   r.medium_collisions = p.collisions;
   r.majorants_exceeded = p.majorants;
-  for (const PixelSample& sample : s.counts.bad_samples) {
-    if (r.replay_commands.size() == 8) break;
-    r.replay_commands.push_back(s.replay_command(sample));
-  }
+  const auto add_commands = [&s](const std::vector<PixelSample>& samples, std::vector<std::string>& commands) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(samples.size(), 8); ++i)
+      commands.push_back(s.replay_command(samples[i]));
+  };
+  add_commands(s.counts.bad_samples, r.replay_commands);
+  add_commands(s.counts.contradicting, r.contradiction_commands);
   r.cpu_seconds = cpu_seconds();
   r.peak_memory_bytes = 1024 * static_cast<double>(process_usage().ru_maxrss);
   return r;

@@ -47,9 +47,11 @@ std::string to_text(const RenderReport& r) {
   if (r.majorants_exceeded > 0)
     text += fmt::format("  error      {} extinctions were above their bound: the picture is wrong; please report it\n",
                         r.majorants_exceeded);
-  if (r.medium_contradictions > 0)
-    text +=
-        fmt::format("  media      {} crossings contradicted the medium and were put right\n", r.medium_contradictions);
+  if (r.medium_contradictions > 0) {
+    text += fmt::format("  media      {} crossings contradicted the medium and were put right; to replay:\n",
+                        r.medium_contradictions);
+    for (const std::string& command : r.contradiction_commands) text += fmt::format("    {}\n", command);
+  }
   if (r.bad_samples > 0) {
     text += fmt::format("  bad        {} samples left out (not a number, infinite, negative or stuck); to replay:\n",
                         r.bad_samples);
@@ -92,6 +94,7 @@ std::string to_json(const RenderReport& r) {
   json["scatterings"] = r.scatterings;
   json["bent_directions"] = r.bent_directions;
   json["medium_contradictions"] = r.medium_contradictions;
+  json["contradiction_commands"] = r.contradiction_commands;
   json["medium_collisions"] = r.medium_collisions;
   json["majorants_exceeded"] = r.majorants_exceeded;
   json["bad_samples"] = {{"count", r.bad_samples}, {"replay_commands", r.replay_commands}};

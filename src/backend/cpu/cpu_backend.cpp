@@ -16,23 +16,29 @@ namespace embrun {
 namespace {
 
 constexpr int tile_side = 16;
-constexpr std::uint64_t timed_batches = 16;   // one of so many
-constexpr std::size_t most_bad_samples = 16;  // that are kept by name
+constexpr std::uint64_t timed_batches = 16;    // one of so many
+constexpr std::size_t most_kept_samples = 16;  // of each fault, that are kept by name
 
 bool earlier(const PixelSample& a, const PixelSample& b) {
   return std::tie(a.y, a.x, a.sample) < std::tie(b.y, b.x, b.sample);
 }
 
+/// Adds samples to those that are kept, which are the first few.
+void keep_first(std::vector<PixelSample>& kept, const std::vector<PixelSample>& more) {
+  kept.insert(kept.end(), more.begin(), more.end());
+  std::sort(kept.begin(), kept.end(), earlier);
+  if (kept.size() > most_kept_samples) kept.resize(most_kept_samples);
+}
+
 /// Gathers what tasks counted, from any thread; the result does not depend on their order.
 class Gatherer {
  public:
-  void take(const PathCounters& counters, const std::vector<PixelSample>& bad, bool cancelled) {
+  void take(const RenderCounts& task) {
     const std::lock_guard lock(mutex_);
-    add(counts_.paths, counters);
-    counts_.bad_samples.insert(counts_.bad_samples.end(), bad.begin(), bad.end());
-    std::sort(counts_.bad_samples.begin(), counts_.bad_samples.end(), earlier);
-    if (counts_.bad_samples.size() > most_bad_samples) counts_.bad_samples.resize(most_bad_samples);
-    counts_.cancelled = counts_.cancelled || cancelled;
+    add(counts_.paths, task.paths);
+    keep_first(counts_.bad_samples, task.bad_samples);
+    keep_first(counts_.contradicting, task.contradicting);
+    counts_.cancelled = counts_.cancelled || task.cancelled;
   }
   RenderCounts result() { return std::move(counts_); }
 
@@ -93,6 +99,17 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
 
 CpuBackend::~CpuBackend() = default;
 
+std::vector<PixelSample> CpuBackend::find_contradicting(const PixelSample* samples, int count, PathBatch& batch) const {
+  std::vector<PixelSample> found;
+  for (int i = 0; i < count; ++i) {
+    FilmSample ignored;
+    PathCounters alone;
+    kernels_.trace_samples(path_scene_, view_, &samples[i], 1, &ignored, false, batch, alone);
+    if (alone.contradictions > 0) found.push_back(samples[i]);
+  }
+  return found;
+}
+
 RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::uint32_t count,
                                         const std::atomic<bool>* cancel,
                                         const std::function<void(std::uint64_t)>& done) const {
@@ -114,25 +131,26 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
     PathBatch& batch = memory.local().batch();
     PixelSample samples[batch_size];
     FilmSample results[batch_size];
-    PathCounters counters;
-    std::vector<PixelSample> bad;
-    bool cancelled = false;
-    for (std::uint64_t begin = 0; begin < task.total() && !cancelled; begin += batch_size) {
+    RenderCounts counts;
+    for (std::uint64_t begin = 0; begin < task.total(); begin += batch_size) {
       if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) {
-        cancelled = true;
+        counts.cancelled = true;
         break;
       }
       const int n = static_cast<int>(std::min<std::uint64_t>(batch_size, task.total() - begin));
       for (int i = 0; i < n; ++i) samples[i] = task.sample(begin + static_cast<std::uint64_t>(i));
       const bool timed = (static_cast<std::uint64_t>(index) + begin / batch_size) % timed_batches == 0;
-      kernels_.trace_samples(path_scene_, view_, samples, n, results, timed, batch, counters);
+      const std::uint64_t contradictions = counts.paths.contradictions;
+      kernels_.trace_samples(path_scene_, view_, samples, n, results, timed, batch, counts.paths);
       for (int i = 0; i < n; ++i)
         if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) &&
-            bad.size() < most_bad_samples)
-          bad.push_back(samples[i]);
+            counts.bad_samples.size() < most_kept_samples)
+          counts.bad_samples.push_back(samples[i]);
+      if (counts.paths.contradictions > contradictions && counts.contradicting.size() < most_kept_samples)
+        keep_first(counts.contradicting, find_contradicting(samples, n, batch));
       if (done) done(static_cast<std::uint64_t>(n));
     }
-    gatherer.take(counters, bad, cancelled);
+    gatherer.take(counts);
   };
   parallel_for(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 1,
                [&](std::size_t begin, std::size_t end) {

@@ -18,8 +18,9 @@ struct LearnedGuide;
 /// What rendering some samples counted.
 struct RenderCounts {
   PathCounters paths;
-  std::vector<PixelSample> bad_samples;  ///< the first few, in the order of pixels and samples
-  bool cancelled = false;                ///< some of the samples were not traced
+  std::vector<PixelSample> bad_samples;    ///< the first few, in the order of pixels and samples
+  std::vector<PixelSample> contradicting;  ///< likewise, of those whose paths contradicted the medium
+  bool cancelled = false;                  ///< some of the samples were not traced
 };
 
 /// Renders a compiled scene on the processor. Holds what rays need besides the flat scene, which must outlive it.
@@ -46,6 +47,9 @@ class CpuBackend {
   void set_light_strategy(LightStrategy strategy) { path_scene_.settings.lights = strategy; }
 
  private:
+  /// Those of a batch's samples whose paths contradict the medium, found by tracing each alone.
+  std::vector<PixelSample> find_contradicting(const PixelSample* samples, int count, PathBatch& batch) const;
+
   const KernelTable& kernels_;
   std::unique_ptr<EmbreeScene> embree_;
   std::unique_ptr<LearnedGuide> guide_;
