@@ -135,6 +135,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // under its threshold already, its crossing is found at once.
   const float begin = low;
   hit = {low, SurfaceBranch::main};
+  const float first = low;
   for (int i = 0; i < 16; ++i) {
     float t = low;
     if (has_main) {
@@ -169,11 +170,20 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     // Without the main field the ray is known to be inside the recovered one, unless it starts on its surface.
     if (has_main || i > 0 || may_start) {
       const Vec3 y = origin + direction * low;
-      if (!may_start && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y) <= 0.0f) return true;
-      r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f,
-                                                                                        0.0f);
-      starts = fabsf(r.value) < rounding_on_surface && r.slope > 0.0f;
-      if (r.value <= 0.0f && !(may_start && starts)) return true;
+      float value = may_start ? 0.0f : field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y);
+      if (may_start || value > 0.0f) {
+        r = field_on_line<kernel, SurfaceBranch::recovered, equal_radii, BoundsFor::line>(s, cell, y, direction, 0.0f,
+                                                                                          0.0f);
+        value = r.value;
+        starts = fabsf(value) < rounding_on_surface && r.slope > 0.0f;
+      }
+      if (value <= 0.0f && !(may_start && starts)) {
+        // Rounding put the ray across before it began: through the surface that is the nearer one.
+        const bool at_once = i == 0 && low <= first + crossing_tolerance;
+        if (at_once && !(has_main && field_value<kernel, SurfaceBranch::main, equal_radii>(s, cell, y) >= value))
+          hit.branch = SurfaceBranch::recovered;
+        return true;
+      }
       at_low = &r;
     }
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, t)) {
