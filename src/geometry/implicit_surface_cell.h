@@ -135,7 +135,6 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // under its threshold already, its crossing is found at once.
   const float begin = low;
   hit = {low, SurfaceBranch::main};
-  const float first = low;
   for (int i = 0; i < 16; ++i) {
     float t = low;
     if (has_main) {
@@ -163,7 +162,8 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       hit = {low, SurfaceBranch::recovered};
     }
     if (low > high) return false;
-    const bool may_start = recovered_start && i == 0 && low <= begin + crossing_tolerance;
+    const bool at_begin = i == 0 && low <= begin + crossing_tolerance;
+    const bool may_start = recovered_start && at_begin;
     FieldOnLine r;
     const FieldOnLine* at_low = nullptr;
     bool starts = false;
@@ -179,8 +179,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       }
       if (value <= 0.0f && !(may_start && starts)) {
         // Rounding put the ray across before it began: through the surface that is the nearer one.
-        const bool at_once = i == 0 && low <= first + crossing_tolerance;
-        if (at_once && !(has_main && field_value<kernel, SurfaceBranch::main, equal_radii>(s, cell, y) >= value))
+        if (at_begin && !(has_main && field_value<kernel, SurfaceBranch::main, equal_radii>(s, cell, y) >= value))
           hit.branch = SurfaceBranch::recovered;
         return true;
       }
