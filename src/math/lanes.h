@@ -71,9 +71,10 @@ EMBRUN_FN F16 splat(float v) {
   EMBRUN_FOR_LANE_PARTS r.part[i] = LaneRegister{} + v;
   return r;
 }
+// Register by register: copied whole, gcc moves it through the stack in halves, and waits for the stores.
 EMBRUN_FN F16 load16(const float* p) {
   F16 r;
-  __builtin_memcpy(&r, p, sizeof r);
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
   return r;
 }
 /// Sixteen 16-bit lattice coordinates as floats.
@@ -96,7 +97,9 @@ EMBRUN_FN F16 load16(const std::uint16_t* p) {
 #endif
   return r;
 }
-EMBRUN_FN void store16(float* p, F16 v) { __builtin_memcpy(p, &v, sizeof v); }
+EMBRUN_FN void store16(float* p, F16 v) {
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
+}
 // The compiler makes two instructions of the comparison, where the machine has one.
 EMBRUN_FN LaneRegister larger(LaneRegister a, LaneRegister b) {
 #if defined(__CUDACC__) || !defined(__SSE__)
@@ -160,27 +163,37 @@ EMBRUN_FN float sum_lanes(F16 v) {
   // Halves as registers: left to itself the compiler adds lane by lane.
   typedef float Four __attribute__((vector_size(16)));
   Four part[4];
-  __builtin_memcpy(part, &v, sizeof v);
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(part + i * register_lanes / 4, &v.part[i], sizeof v.part[i]);
   const Four s = (part[0] + part[2]) + (part[1] + part[3]);
   return (s[0] + s[2]) + (s[1] + s[3]);
 #endif
 }
-/// How many lanes of `a` are less than those of `b`.
-EMBRUN_FN int count_less(F16 a, F16 b) {
-  int count = 0;
+/// Bit i: lane i of `a` is less than that of `b`.
+EMBRUN_FN std::uint32_t mask_less(F16 a, F16 b) {
+  std::uint32_t mask = 0;
   EMBRUN_FOR_LANE_PARTS {
 #if defined(__AVX512F__) && !defined(__CUDACC__)
-    count += __builtin_popcount(_mm512_cmp_ps_mask(a.part[i], b.part[i], _CMP_LT_OQ));
+    const unsigned part = _mm512_cmp_ps_mask(a.part[i], b.part[i], _CMP_LT_OQ);
 #elif defined(__AVX__) && !defined(__CUDACC__)
-    count +=
-        __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.part[i], b.part[i], _CMP_LT_OQ))));
+    const auto part = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a.part[i], b.part[i], _CMP_LT_OQ)));
 #elif defined(__SSE__) && !defined(__CUDACC__)
-    count += __builtin_popcount(static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a.part[i], b.part[i]))));
+    const auto part = static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a.part[i], b.part[i])));
 #else
-    count += a.part[i] < b.part[i] ? 1 : 0;
+    const unsigned part = a.part[i] < b.part[i] ? 1 : 0;
 #endif
+    mask |= part << (i * register_lanes);
   }
+  return mask;
+}
+/// How many lanes of `a` are less than those of `b`.
+EMBRUN_FN int count_less(F16 a, F16 b) {
+#if defined(__CUDACC__)
+  int count = 0;
+  EMBRUN_FOR_LANE_PARTS count += a.part[i] < b.part[i] ? 1 : 0;
   return count;
+#else
+  return __builtin_popcount(mask_less(a, b));
+#endif
 }
 EMBRUN_FN float max_lane(F16 v) {
   float lane[16];
@@ -267,10 +280,12 @@ EMBRUN_FN I16 splat_int(std::int32_t v) {
 }
 EMBRUN_FN I16 load16(const std::int32_t* p) {
   I16 r;
-  __builtin_memcpy(&r, p, sizeof r);
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
   return r;
 }
-EMBRUN_FN void store16(std::int32_t* p, I16 v) { __builtin_memcpy(p, &v, sizeof v); }
+EMBRUN_FN void store16(std::int32_t* p, I16 v) {
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
+}
 
 // Comparisons give truth values.
 EMBRUN_FN I16 less(F16 a, F16 b) {
