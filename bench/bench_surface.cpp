@@ -59,7 +59,7 @@ constexpr float embree_start = 0.05f * radius;
 
 IsosurfaceSettings mesh_settings() {
   // As such pipelines do it: vertices by linear interpolation.
-  return {0.5f * radius, false};
+  return {.cell = 0.5f * radius, .exact_vertices = false};
 }
 
 void shuffle(std::vector<TestRay>& rays) {

@@ -17,12 +17,34 @@ struct BlockList {
   std::size_t count;
 };
 
-/// What the sums give at a point: D = sum w f, its gradient, and sum w f (x - p)/|x - p| (the weighted normal).
-struct FieldSample {
+/// D at a point and its derivative along an axis.
+struct FieldSlope {
+  float value, slope;
+};
+
+/// D at a point and a vector that points away from the particles there.
+struct FieldNormal {
+  float value;
+  Vec3 normal;
+};
+
+/// Particles packed close, sixteen a block; lanes after the last have weight 0.
+struct PackedParticles {
+  const ParticleBlock* blocks;
+  std::size_t count;  ///< of particles
+
+  std::size_t block_count() const { return (count + 15) / 16; }
+};
+
+/// D and its gradient at a point, and -fall <= D'' <= rise in every direction within the distance asked for.
+struct FieldBound {
   float value;
   Vec3 gradient;
-  Vec3 weighted;
+  float rise, fall;
 };
+
+inline constexpr int lattice_side = 4;
+inline constexpr int lattice_size = lattice_side * lattice_side * lattice_side;
 
 /// Sums over particles, compiled once for each instruction set: 16 particles (or points) at a time.
 struct FieldSums {
@@ -30,16 +52,23 @@ struct FieldSums {
   /// a value is exact or a lower bound that is at least `enough`. List nearer blocks first to end sooner.
   void (*values)(Kernel kernel, const BlockList& list, const float* x, const float* y, const float* z, float enough,
                  float* values);
-  /// D, gradient and weighted normal at each of the points.
-  void (*samples)(Kernel kernel, const BlockList& list, const Vec3* points, std::size_t point_count,
-                  FieldSample* samples);
-  /// Adds D at the 8 x 8 x 8 points corner + cell (i, j, k), i fastest, to values.
-  void (*lattice)(Kernel kernel, const BlockList& list, Vec3 corner, float cell, float* values);
+  /// Packs those particles that may be felt in the box [low, high] into `packed`, which has room for all the list's
+  /// blocks; returns their number.
+  std::size_t (*pack)(Kernel kernel, const BlockList& list, Vec3 low, Vec3 high, ParticleBlock* packed);
+  /// The same of packed ones, of which only those whose distance from the box's middle is within [shell_begin, shell_end)
+  /// times their influence radius are taken.
+  std::size_t (*repack)(Kernel kernel, const PackedParticles& particles, Vec3 low, Vec3 high, float shell_begin,
+                        float shell_end, ParticleBlock* packed);
+  FieldSlope (*slope)(Kernel kernel, const PackedParticles& particles, Vec3 point, int axis);
+  /// The normal of any length: sum w f (x - p)/|x - p| (weighted), or minus the gradient.
+  FieldNormal (*normal)(Kernel kernel, NormalMode mode, const PackedParticles& particles, Vec3 point);
+  /// Adds D at the 4 x 4 x 4 points corner + cell (i, j, k), i fastest, to `values`.
+  void (*lattice)(Kernel kernel, const PackedParticles& particles, Vec3 corner, float cell, float* values);
+  /// D around a point, as far as `within`; the particles must include all that are felt there.
+  FieldBound (*bound)(Kernel kernel, const PackedParticles& particles, Vec3 center, float within);
   /// An upper bound of D in the box [low, high]: every particle as near as the box lets it be.
-  float (*most)(Kernel kernel, const BlockList& list, Vec3 low, Vec3 high);
+  float (*most)(Kernel kernel, const PackedParticles& particles, Vec3 low, Vec3 high);
 };
-
-inline constexpr int lattice_side = 8;
 
 /// The version for base/instruction_set.h's choice.
 const FieldSums& field_sums();

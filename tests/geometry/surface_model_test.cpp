@@ -173,39 +173,110 @@ TEST_P(FieldValues, AtTheParticlesAreTheDefinitionsForAnySpreadOfRadii) {
   }
 }
 
-TEST_P(FieldValues, AreTheDefinitionsOnEveryInstructionSet) {
-  // Values, gradient (by differences of the definition) and lattice of each table that this machine can run.
+std::vector<const FieldSums*> available_tables() {
   std::vector<const FieldSums*> tables{&field_sums_baseline};
   const std::vector<std::string> isas = test::available_isas();
   if (isas.size() > 1) tables.push_back(&field_sums_avx2);
   if (isas.size() > 2) tables.push_back(&field_sums_avx512);
+  return tables;
+}
+
+// Each table that this machine can run, around a lattice of points: with all that is felt there packed.
+TEST_P(FieldValues, AreTheDefinitionsOnEveryInstructionSet) {
   const std::vector<Vec3> positions = random_points(700, 1.0f, 5);
   const std::vector<float> influence = log_uniform(positions.size(), 0.05, 0.4, 6);
   const ParticleBlocks blocks(positions, influence, {}, kernel_support(GetParam()));
   const Vec3 corner{0.3f, 0.2f, 0.4f};
   const float cell = 0.03f;
+  const Vec3 far_corner = corner + Vec3{3, 3, 3} * cell;
   std::vector<std::uint32_t> near;
-  blocks.find_near(corner, corner + Vec3{7, 7, 7} * cell, near);
+  blocks.find_near(corner, far_corner, near);
   const BlockList list{blocks.blocks().data(), blocks.bounds().data(), near.data(), near.size()};
-  for (const FieldSums* table : tables) {
-    std::vector<float> lattice(512, 0.0f);
-    table->lattice(GetParam(), list, corner, cell, lattice.data());
-    for (int i = 0; i < 512; i += 5) {
+  for (const FieldSums* table : available_tables()) {
+    std::vector<ParticleBlock> packed(near.size());
+    const PackedParticles felt{packed.data(), table->pack(GetParam(), list, corner, far_corner, packed.data())};
+    EXPECT_LT(felt.count, positions.size());
+    alignas(64) float lattice[lattice_size];
+    for (float& v : lattice) v = 1.0f;
+    table->lattice(GetParam(), felt, corner, cell, lattice);
+    for (int i = 0; i < lattice_size; ++i) {
       const Vec3 p =
-          corner + cell * Vec3{static_cast<float>(i % 8), static_cast<float>(i / 8 % 8), static_cast<float>(i / 64)};
+          corner + cell * Vec3{static_cast<float>(i % 4), static_cast<float>(i / 4 % 4), static_cast<float>(i / 16)};
       const double expected = brute_force_field(positions, influence, GetParam(), p);
-      EXPECT_NEAR(lattice[static_cast<std::size_t>(i)], expected, 3e-5 * expected);
-      FieldSample sample;
-      table->samples(GetParam(), list, &p, 1, &sample);
-      EXPECT_NEAR(sample.value, expected, 3e-5 * expected);
+      EXPECT_NEAR(lattice[i] - 1.0f, expected, 3e-5 * expected);
+      const FieldNormal away = table->normal(GetParam(), NormalMode::gradient, felt, p);
+      EXPECT_NEAR(away.value, expected, 3e-5 * expected);
       for (int axis = 0; axis < 3; ++axis) {
         Vec3 a = p, b = p;
-        a[axis] -= 1e-3f;
-        b[axis] += 1e-3f;
+        a[axis] -= 1e-4f;
+        b[axis] += 1e-4f;
         const double difference = (brute_force_field(positions, influence, GetParam(), b) -
                                    brute_force_field(positions, influence, GetParam(), a)) /
                                   (static_cast<double>(b[axis]) - a[axis]);
-        EXPECT_NEAR(sample.gradient[axis], difference, 0.1);
+        EXPECT_NEAR(away.normal[axis], -difference, 0.1);
+        const FieldSlope slope = table->slope(GetParam(), felt, p, axis);
+        EXPECT_NEAR(slope.value, expected, 3e-5 * expected);
+        EXPECT_NEAR(slope.slope, difference, 0.1);
+      }
+    }
+  }
+}
+
+TEST_P(FieldValues, WeightedNormalsAreTheDefinition) {
+  const std::vector<Vec3> positions = random_points(300, 1.0f, 11);
+  const std::vector<float> influence = log_uniform(positions.size(), 0.1, 0.4, 12);
+  const ParticleBlocks blocks(positions, influence, {}, kernel_support(GetParam()));
+  const Vec3 x{0.55f, 0.4f, 0.62f};
+  std::vector<std::uint32_t> near;
+  blocks.find_near(x, x, near);
+  Vec3d expected;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Vec3d away = to_double(x) - to_double(positions[i]);
+    const double r = length(away);
+    expected = expected + (kernel_value(GetParam(), static_cast<float>(r / influence[i])) / r) * away;
+  }
+  for (const FieldSums* table : available_tables()) {
+    std::vector<ParticleBlock> packed(near.size());
+    const BlockList list{blocks.blocks().data(), blocks.bounds().data(), near.data(), near.size()};
+    const PackedParticles felt{packed.data(), table->pack(GetParam(), list, x, x, packed.data())};
+    const Vec3d found = to_double(table->normal(GetParam(), NormalMode::weighted, felt, x).normal);
+    EXPECT_LT(length(found - expected), 1e-4 * length(expected));
+  }
+}
+
+// Bounds on D in boxes of some sizes, held against D at many points of them; and what shells leave out.
+TEST_P(FieldValues, BoundsHold) {
+  const std::vector<Vec3> positions = random_points(700, 1.0f, 13);
+  const std::vector<float> influence = log_uniform(positions.size(), 0.05, 0.4, 14);
+  const ParticleBlocks blocks(positions, influence, {}, kernel_support(GetParam()));
+  const std::vector<Vec3> shares = random_points(40, 1.0f, 15);
+  for (const float side : {0.01f, 0.05f, 0.2f}) {
+    for (const Vec3 low : random_points(20, 1.0f, 16)) {
+      const Vec3 size{side, 0.5f * side, 2 * side}, high = low + size, center = 0.5f * (low + high);
+      std::vector<std::uint32_t> near;
+      blocks.find_near(low, high, near);
+      const BlockList list{blocks.blocks().data(), blocks.bounds().data(), near.data(), near.size()};
+      for (const FieldSums* table : available_tables()) {
+        std::vector<ParticleBlock> packed(near.size()), inner(near.size() + 1), outer(near.size() + 1);
+        const PackedParticles felt{packed.data(), table->pack(GetParam(), list, low, high, packed.data())};
+        const float reach = 0.5f * length(size);
+        const FieldBound bound = table->bound(GetParam(), felt, center, reach);
+        const float most = table->most(GetParam(), felt, low, high);
+        const std::size_t inner_count = table->repack(GetParam(), felt, low, high, 0, 0.6f, inner.data());
+        const std::size_t outer_count = table->repack(GetParam(), felt, low, high, 0.6f, 1e3f, outer.data());
+        EXPECT_EQ(inner_count + outer_count, felt.count);
+        for (const Vec3 share : shares) {
+          const Vec3 x = low + share * size;
+          const double value = brute_force_field(positions, influence, GetParam(), x);
+          const double away = static_cast<double>(length(x - center));
+          const double linear = static_cast<double>(bound.value + dot(bound.gradient, x - center));
+          EXPECT_LE(value, linear + 0.5 * bound.rise * away * away + 1e-4 * (value + 1));
+          EXPECT_GE(value, linear - 0.5 * bound.fall * away * away - 1e-4 * (value + 1));
+          EXPECT_LE(value, most * (1 + 1e-4) + 1e-4);
+          const double split = static_cast<double>(table->slope(GetParam(), {inner.data(), inner_count}, x, 0).value +
+                                                   table->slope(GetParam(), {outer.data(), outer_count}, x, 0).value);
+          EXPECT_NEAR(split, value, 1e-4 * (value + 1));
+        }
       }
     }
   }

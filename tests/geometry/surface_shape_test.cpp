@@ -98,7 +98,7 @@ TEST(SurfaceShape, ACubeEnclosesTheVolumeOfItsParticles) {
     settings.radius = radius;
     settings.order = order;
     const SurfaceModel model = resolve_surface_model(positions, {}, settings);
-    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {radius, true});
+    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {.cell = radius});
     EXPECT_NEAR(enclosed_volume(mesh) / (32.0 * 32.0 * 32.0 * 1e-3), 1.0, 0.03) << "n = " << order;
   }
 }

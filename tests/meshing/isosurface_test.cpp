@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -95,7 +96,7 @@ TEST(Isosurface, OfALoneParticleIsABall) {
   // c^2/R^2/2 of the volume.
   const std::vector<Vec3> one{{1, 2, 3}};
   const SurfaceModel model = resolve_surface_model(one, {}, settings_of(0.1f, 3));
-  const TriangleMesh mesh = extract_isosurface(one, {}, model, {0.01f, true});
+  const TriangleMesh mesh = extract_isosurface(one, {}, model, {.cell = 0.01f});
   expect_closed(mesh);
   EXPECT_NEAR(enclosed_volume(mesh) / (4.0 / 3.0 * 3.14159265 * 1e-3), 1.0, 6e-3);
   EXPECT_NEAR(surface_area(mesh) / (4.0 * 3.14159265 * 1e-2), 1.0, 4e-3);
@@ -103,6 +104,9 @@ TEST(Isosurface, OfALoneParticleIsABall) {
     EXPECT_NEAR(length(mesh.positions[v] - one[0]), 0.1f, 2e-6f);
     EXPECT_NEAR(dot(mesh.normals[v], normalize(mesh.positions[v] - one[0])), 1.0f, 1e-4f);
   }
+  // Euler: one sphere.
+  EXPECT_EQ(mesh.positions.size() + mesh.triangles.size() - 3 * mesh.triangles.size() / 2, 2u);
+  EXPECT_EQ(component_count(mesh), 1u);
 }
 
 TEST(Isosurface, IsClosedAndWeldedForScatteredParticles) {
@@ -110,7 +114,7 @@ TEST(Isosurface, IsClosedAndWeldedForScatteredParticles) {
   for (const int order : {1, 2, 3}) {
     const std::vector<Vec3> positions = random_drops(2000, 7);
     const SurfaceModel model = resolve_surface_model(positions, {}, settings_of(0.03f, order));
-    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {0.025f, true});
+    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {.cell = 0.025f});
     ASSERT_GT(mesh.triangles.size(), 1000u);
     expect_closed(mesh);
     EXPECT_GT(enclosed_volume(mesh), 0.0);
@@ -128,18 +132,20 @@ TEST(Isosurface, AgreesWithTheIndependentMeshOfTheSampleDroplets) {
     int order;
     float threshold;
     std::size_t recovered;
-    double triangles, volume, area;
+    double triangles, components, volume, area;
   };
-  for (const Expected& expected : {Expected{3, 10.415897f, 448, 341092, 0.986962, 10.78149},
-                                   Expected{2, 3.086192f, 212, 308032, 0.992663, 9.84098}}) {
+  for (const Expected& expected : {Expected{3, 10.415897f, 448, 341092, 40, 0.986962, 10.78149},
+                                   Expected{2, 3.086192f, 212, 308032, 44, 0.992663, 9.84098}}) {
     SurfaceSettings settings = settings_of(0.0375f, expected.order);
     settings.threshold_mode = ThresholdMode::number;
     settings.threshold = expected.threshold;
     settings.recover = RecoverMode::thesis;
     const SurfaceModel model = resolve_surface_model(positions, {}, settings);
     EXPECT_EQ(model.recovered.size(), expected.recovered);
-    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {0.0375f / 4, true});
+    const TriangleMesh mesh = extract_isosurface(positions, {}, model, {.cell = 0.0375f / 4});
     expect_closed(mesh);
+    // Drops that hardly touch are one or two, by where the grid lies.
+    EXPECT_NEAR(static_cast<double>(component_count(mesh)), expected.components, 1);
     EXPECT_NEAR(enclosed_volume(mesh), expected.volume, 5e-5);
     EXPECT_NEAR(surface_area(mesh), expected.area, 2e-3);
     EXPECT_NEAR(static_cast<double>(mesh.triangles.size()) / expected.triangles, 1.0, 0.01);
@@ -154,7 +160,7 @@ TEST(Isosurface, HandlesRadiiOfDifferentSize) {
   positions.push_back({3, 3, 3});
   radii.push_back(0.4f);
   const SurfaceModel model = resolve_surface_model(positions, radii, settings_of(0.02f, 2));
-  const TriangleMesh mesh = extract_isosurface(positions, radii, model, {0.02f, true});
+  const TriangleMesh mesh = extract_isosurface(positions, radii, model, {.cell = 0.02f});
   expect_closed(mesh);
   std::size_t on_ball = 0;
   for (const Vec3 p : mesh.positions) {
@@ -168,13 +174,16 @@ TEST(Isosurface, HandlesRadiiOfDifferentSize) {
 TEST(Isosurface, DoesNotDependOnTheNumberOfThreads) {
   const std::vector<Vec3> positions = random_drops(3000, 9);
   const SurfaceModel model = resolve_surface_model(positions, {}, settings_of(0.03f, 2));
-  TriangleMesh meshes[2];
-  for (int i = 0; i < 2; ++i) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, i == 0 ? 1 : 3);
-    meshes[i] = extract_isosurface(positions, {}, model, {0.02f, true});
+  TriangleMesh meshes[3];
+  const std::size_t threads[3] = {1, 2, 7};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads[i]);
+    tbb::task_arena arena(static_cast<int>(threads[i]));
+    arena.execute([&] { meshes[i] = extract_isosurface(positions, {}, model, {.cell = 0.02f}); });
+    ASSERT_GT(meshes[i].triangles.size(), 10000u);
   }
-  EXPECT_TRUE(meshes[0].positions == meshes[1].positions);
-  EXPECT_EQ(meshes[0].triangles, meshes[1].triangles);
+  EXPECT_EQ(meshes[0], meshes[1]);
+  EXPECT_EQ(meshes[0], meshes[2]);
 }
 
 TEST(Isosurface, RefusesAGridTooFineForTheExtent) {
