@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "base/prefetch.h"
 #include "geometry/implicit_surface_trace.h"
 #include "math/lanes.h"
 
@@ -18,11 +19,6 @@ namespace embrun {
 //   Side side(int i) const;
 //   SurfaceHit& hit(int i);            // to be filled; left alone where there is none
 //   void settle(int i, bool found);    // called once for each ray, in any order
-
-/// Calls for `bytes` bytes.
-EMBRUN_FN void prefetch_range(const void* from, std::size_t bytes) {
-  for (std::size_t at = 0; at < bytes; at += 64) prefetch(static_cast<const char*>(from) + at);
-}
 
 /// Calls for a near cell's lists.
 EMBRUN_FN void prefetch_lists(const ImplicitSurfaceView& s, const SurfaceCell& cell) {

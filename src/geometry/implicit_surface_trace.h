@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/prefetch.h"
 #include "geometry/implicit_surface_cell.h"
 #include "math/ray.h"
 
@@ -21,14 +22,6 @@ EMBRUN_FN const std::uint32_t* surface_word(const ImplicitSurfaceView& s, int x,
 
 EMBRUN_FN const SurfaceCell* surface_record(const ImplicitSurfaceView& s, std::uint32_t word) {
   return s.cell + (word & ~cell_word::near);
-}
-
-EMBRUN_FN void prefetch(const void* address) {
-#if !defined(__CUDACC__)
-  __builtin_prefetch(address);
-#else
-  (void)address;
-#endif
 }
 
 /// Whether a point (grid units) is in the body.

@@ -2,6 +2,7 @@
 
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
+#include "media/flight_batch.h"
 #include "media/grid_flight.h"
 #include "media/homogeneous.h"
 
@@ -46,63 +47,77 @@ EMBRUN_LOCAL_FN Flight fly_in_grid(const GridMedium& grid, const PathState& path
                            flight_depth(u), random, exceeded);
 }
 
-/// Flies the path to `t` at most. True when it collides before: `collision` is filled in, and the throughput has the weight
-/// of the flight (the albedo not yet) and the absorption up to there. False: it has the weight of getting through, but not
-/// the absorption, which is advance_path's.
-EMBRUN_LOCAL_FN bool fly_path(const PathScene& scene, PathState& path, float t, MediumCollision& collision,
-                              PathCounters& counters) {
+/// A path's flight to `t` at most, begun: what is to be asked of the particles, and the rest, which waits for their answer.
+/// A particle that is met before undoes the others.
+struct PathFlight {
+  FlightQuery query;
+  Rgb shares;              ///< chances of the channels
+  bool scattered = false;  ///< in a medium that is the same everywhere
+  Flight in_grid;          ///< in one that is given on a grid
+  float grid_u = 0;        ///< fly_in_grid's
+};
+
+EMBRUN_LOCAL_FN PathFlight begin_flight(const PathScene& scene, const PathState& path, float t,
+                                        PathCounters& counters) {
   const Ray& ray = path.ray;
   const Medium& medium = scene.media[path.media.current()];
   const SamplerKind kind = scene.settings.sampler;
+  PathFlight flight;
+  FlightQuery& query = flight.query;
   // Flights beyond the first of one event are drawn from a stream of their own.
-  RandomStream random(path.key, Dimension::tracking, path.passed);
+  query.random = RandomStream(path.key, Dimension::tracking, path.passed);
   const bool first = path.passed == 0;
-  const Rgb shares = channel_shares(path.throughput);
-  const Sample2 spare = first ? Sample2{} : random.next_pair();
-  const int channel = draw_channel(shares, first ? sample_1d(kind, path.key, Dimension::channel) : spare.x);
-  const float u = first ? sample_1d(kind, path.key, Dimension::free_flight) : spare.y;
+  flight.shares = channel_shares(path.throughput);
+  const Sample2 spare = first ? Sample2{} : query.random.next_pair();
+  query.channel = draw_channel(flight.shares, first ? sample_1d(kind, path.key, Dimension::channel) : spare.x);
+  query.u = first ? sample_1d(kind, path.key, Dimension::free_flight) : spare.y;
 
-  Rgb ratio = grey(1.0f);
   float end = t;
-  bool scattered = false;
   if (!is_black(medium.scattering)) {
-    const float free =
-        medium.scattering[channel] > 0.0f ? flight_depth(random.next_pair().x) / medium.scattering[channel] : infinity;
-    scattered = free < t - ray.t_min;
-    if (scattered) {
-      end = ray.t_min + free;
-      ratio = medium.scattering * (1.0f / medium.scattering[channel]);
-      collision = {end, medium.phase, grey(1.0f), {}};
-    }
+    const float scattering = medium.scattering[query.channel];
+    const float free = scattering > 0.0f ? flight_depth(query.random.next_pair().x) / scattering : infinity;
+    flight.scattered = free < t - ray.t_min;
+    if (flight.scattered) end = ray.t_min + free;
   }
-  DensityRay way{ray.origin, ray.direction, ray.t_min, end, fluids_within(scene, path.media)};
-  const float grid_u = medium.grid >= 0 && way.fluids != 0 ? random.next_pair().x : u;
-  Flight in_grid;
+  query.ray = {ray.origin, ray.direction, ray.t_min, end, fluids_within(scene, path.media)};
   if (medium.grid >= 0) {
-    const GridMedium& grid = scene.grids[medium.grid];
-    in_grid = fly_in_grid(grid, path, end, channel, grid_u, counters.majorants);
-    if (in_grid.collided) {
-      way.end = end = in_grid.t;
-      ratio = grey(1.0f);
-      collision = {end, grid.phase, in_grid.local.albedo, {}};
-    }
+    flight.grid_u = query.ray.fluids != 0 ? query.random.next_pair().x : query.u;
+    flight.in_grid = fly_in_grid(scene.grids[medium.grid], path, end, query.channel, flight.grid_u, counters.majorants);
+    if (flight.in_grid.collided) query.ray.end = flight.in_grid.t;
   }
-  const Flight flight =
-      next_collision(scene.density, way, scene.settings.flights, channel, u, random, counters.majorants);
-  if (flight.collided) {
-    end = flight.t;
-    ratio = grey(1.0f);
-    collision = {end, scene.density.fluids[flight.local.fluid].phase, flight.local.albedo, flight.local.emission};
-    std::uint64_t counted = 0;
+  return flight;
+}
+
+/// Ends it with the particles' answer. True when the path collides: `collision` is filled in, and the throughput has the
+/// weight of the flight (the albedo not yet) and the absorption up to there. False: it has the weight of getting through,
+/// but not the absorption, which is advance_path's.
+EMBRUN_LOCAL_FN bool end_flight(const PathScene& scene, PathState& path, const PathFlight& flight, const Flight& met,
+                                MediumCollision& collision) {
+  const Medium& medium = scene.media[path.media.current()];
+  const float begin = path.ray.t_min;
+  const int channel = flight.query.channel;
+  float end = flight.query.ray.end;
+  Rgb ratio = met.ratio;
+  Rgb grid_ratio = flight.in_grid.ratio;
+  if (met.collided) {
+    end = met.t;
+    collision = {end, scene.density.fluids[met.local.fluid].phase, met.local.albedo, met.local.emission};
     // The flight through the grid counts up to here only.
-    if (medium.grid >= 0) in_grid = fly_in_grid(scene.grids[medium.grid], path, end, channel, grid_u, counted);
+    std::uint64_t counted = 0;
+    if (medium.grid >= 0)
+      grid_ratio = fly_in_grid(scene.grids[medium.grid], path, end, channel, flight.grid_u, counted).ratio;
+  } else if (flight.in_grid.collided) {
+    collision = {end, scene.grids[medium.grid].phase, flight.in_grid.local.albedo, {}};
+  } else if (flight.scattered) {
+    ratio *= medium.scattering * (1.0f / medium.scattering[channel]);
+    collision = {end, medium.phase, grey(1.0f), {}};
   }
-  ratio *= in_grid.ratio * flight.ratio;
+  ratio *= grid_ratio;
   if (!is_black(medium.scattering) && end < infinity)
-    ratio *= homogeneous_ratio(medium.scattering, channel, end - ray.t_min);
-  path.throughput *= spectral_weight(ratio, shares);
-  const bool collided = scattered || flight.collided || in_grid.collided;
-  if (collided) path.throughput *= absorption_transmittance(medium.absorption, end - ray.t_min);
+    ratio *= homogeneous_ratio(medium.scattering, channel, end - begin);
+  path.throughput *= spectral_weight(ratio, flight.shares);
+  const bool collided = flight.scattered || met.collided || flight.in_grid.collided;
+  if (collided) path.throughput *= absorption_transmittance(medium.absorption, end - begin);
   return collided;
 }
 

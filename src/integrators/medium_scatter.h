@@ -6,15 +6,28 @@
 
 namespace embrun {
 
-/// Takes the path to a collision on the way to what its ray met: `found` and `hit` are the intersector's answer. True:
-/// on to scatter_in_medium; false: on to advance_path.
-EMBRUN_LOCAL_FN bool fly_to_boundary(const PathScene& scene, PathState& path, bool found, const SceneHit& hit,
-                                     MediumCollision& collision, PathCounters& counters) {
+/// Begins the path's flight to what its ray met, if there is anything on the way to collide with: `found` and `hit` are the
+/// intersector's answer.
+EMBRUN_LOCAL_FN bool begin_flight_to_boundary(const PathScene& scene, const PathState& path, bool found,
+                                              const SceneHit& hit, PathFlight& flight, PathCounters& counters) {
   if (!may_collide(scene, path.media)) return false;
   Ray to_boundary = path.ray;
   to_boundary.t_max = found ? hit.surface.t : infinity;
   const LightHit lamp = meet_lamp(scene, path, to_boundary);
-  return fly_path(scene, path, lamp.light >= 0 ? lamp.distance : to_boundary.t_max, collision, counters);
+  flight = begin_flight(scene, path, lamp.light >= 0 ? lamp.distance : to_boundary.t_max, counters);
+  return true;
+}
+
+/// Takes a path alone to a collision on the way to what its ray met. True: on to scatter_in_medium; false: on to
+/// advance_path.
+EMBRUN_LOCAL_FN bool fly_to_boundary(const PathScene& scene, PathState& path, bool found, const SceneHit& hit,
+                                     MediumCollision& collision, PathCounters& counters) {
+  PathFlight flight;
+  if (!begin_flight_to_boundary(scene, path, found, hit, flight, counters)) return false;
+  FlightQuery& query = flight.query;
+  const Flight met = next_collision(scene.density, query.ray, scene.settings.flights, query.channel, query.u,
+                                    query.random, counters.majorants);
+  return end_flight(scene, path, flight, met, collision);
 }
 
 /// Scatters the path at the collision that fly_to_boundary found. True when `shadow` is to be traced.

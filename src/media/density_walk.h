@@ -13,12 +13,14 @@ struct DensityChords {
 };
 
 /// Chords along the line through `from`, as distances from it.
-EMBRUN_FN DensityChords chords_of(const DensityBlock& block, Vec3 from, Vec3 direction) {
+EMBRUN_FN DensityChords chords_of(const ParticleDensityView& view, std::uint32_t number, Vec3 from, Vec3 direction) {
+  const DensityBlock& block = view.blocks[number];
   const F16 dx = load16(block.x) - from.x, dy = load16(block.y) - from.y, dz = load16(block.z) - from.z;
   const F16 middle = dx * direction.x + dy * direction.y + dz * direction.z;
   // The offset from the line as a vector: no difference of large squares.
   const F16 ox = dx - middle * direction.x, oy = dy - middle * direction.y, oz = dz - middle * direction.z;
-  const F16 half_squared = load16(block.radius_squared) - (ox * ox + oy * oy + oz * oz);
+  const F16 half_squared =
+      reach_squared(view, view.fluids[view.block_fluid[number]], number) - (ox * ox + oy * oy + oz * oz);
   const F16 half = sqrt_of(max_of(half_squared, splat(0.0f)));
   return {middle - half, middle + half};
 }
@@ -31,7 +33,7 @@ struct CellEvents {
   EMBRUN_FN CellEvents(const ParticleDensityView& density, const DensityCell& list, Vec3 at, Vec3 along)
       : view(density), cell(list), from(at), direction(along) {
     const std::uint32_t kept = cell.block_count < kept_chords ? cell.block_count : kept_chords;
-    for (std::uint32_t i = 0; i < kept; ++i) kept_[i] = chords_of(view.blocks[cell.first_block + i], from, direction);
+    for (std::uint32_t i = 0; i < kept; ++i) kept_[i] = chords_of(view, cell.first_block + i, from, direction);
   }
 
   /// Extinction on [s, next) of the fluids in `mask`; `next` is the first event after s, infinite behind the last.
@@ -67,7 +69,7 @@ struct CellEvents {
 
   EMBRUN_FN DensityChords chords_at(std::uint32_t block) const {
     const std::uint32_t i = block - cell.first_block;
-    return i < kept_chords ? kept_[i] : chords_of(view.blocks[block], from, direction);
+    return i < kept_chords ? kept_[i] : chords_of(view, block, from, direction);
   }
 };
 

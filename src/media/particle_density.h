@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "base/prefetch.h"
 #include "math/lanes.h"
 #include "math/rgb.h"
 #include "media/grid_walk.h"
@@ -23,12 +24,12 @@ struct DensityFluid {
   PhaseFunction phase;
   bool smooth = false;       ///< DensityModel::smooth
   bool own_colours = false;  ///< its particles have BallColours
+  float reach_squared = 0;   ///< of all its balls (see block_reach), or 0: they differ
 };
 
-/// Sixteen balls of one fluid. Places that are not used have squared radius -1 (in a smooth fluid 1) and factor 0.
+/// Sixteen balls of one fluid. Places that are not used are far off and have factor 0.
 struct alignas(64) DensityBlock {
   float x[16], y[16], z[16];
-  float radius_squared[16];
   float factor[16];  ///< on DensityFluid::extinction; smooth: times the kernel's norm and the particle's volume
 };
 
@@ -48,8 +49,7 @@ struct DensityCell {
   std::uint32_t fluid : 8 = 0;         ///< of all its blocks, or mixed_fluids
 };
 
-struct DensityBrick {
-  Rgb majorant;   ///< proven: no point of the brick has a larger extinction, per metre
+struct alignas(64) DensityBrick {
   CellGrid grid;  ///< the box of its balls
   std::uint32_t first_cell = 0;
 };
@@ -58,12 +58,16 @@ inline constexpr std::uint32_t no_brick = 0xffffffffu;
 
 /// A view of arrays that a ParticleDensity owns.
 struct ParticleDensityView {
-  CellGrid grid;                               ///< of bricks
+  CellGrid grid;  ///< of bricks
+  /// Per channel, by cell of `grid`: no point of the brick has a larger extinction, per metre. Proven; 0 where there is none.
+  const float* majorants[3] = {nullptr, nullptr, nullptr};
   const std::uint32_t* brick_index = nullptr;  ///< by cell of `grid`, or no_brick
   const DensityBrick* bricks = nullptr;
   const DensityCell* cells = nullptr;
   const DensityBlock* blocks = nullptr;
   const std::uint8_t* block_fluid = nullptr;
+  const float* block_reach =
+      nullptr;  ///< 16 for each block: squared radii, or supports of a smooth fluid; null: all the same
   const std::uint32_t* block_colours = nullptr;  ///< 16 for each block: indices into `colours`; null: no own colours
   const BallColours* colours = nullptr;
   const DensityFluid* fluids = nullptr;
@@ -72,6 +76,10 @@ struct ParticleDensityView {
   std::uint32_t present = 0;  ///< mask of the fluids that have any extinction
   bool grey = true;           ///< all extinctions are the same in the three channels
   bool piecewise = true;      ///< no fluid is smooth: extinction is constant between the balls' surfaces
+
+  EMBRUN_FN Rgb majorant(int brick_cell) const {
+    return {majorants[0][brick_cell], majorants[1][brick_cell], majorants[2][brick_cell]};
+  }
 };
 
 /// Extinctions of several fluids at one point, made one.
@@ -109,11 +117,19 @@ struct BlockFactors {
   int count = 0;  ///< of the balls that hold the point
 };
 
-EMBRUN_FN BlockFactors factors_at(const DensityBlock& block, bool smooth, Vec3 p) {
+/// The squared radii of a block's balls.
+EMBRUN_FN F16 reach_squared(const ParticleDensityView& view, const DensityFluid& fluid, std::uint32_t block) {
+  return fluid.reach_squared > 0.0f ? splat(fluid.reach_squared)
+                                    : load16(view.block_reach + 16 * static_cast<std::size_t>(block));
+}
+
+EMBRUN_FN BlockFactors factors_at(const ParticleDensityView& view, const DensityFluid& fluid, std::uint32_t number,
+                                  Vec3 p) {
+  const DensityBlock& block = view.blocks[number];
   const F16 dx = load16(block.x) - p.x, dy = load16(block.y) - p.y, dz = load16(block.z) - p.z;
   const F16 distance_squared = dx * dx + dy * dy + dz * dz;
-  const F16 radius_squared = load16(block.radius_squared), factor = load16(block.factor);
-  if (smooth) return {cubic_spline(distance_squared / radius_squared) * factor, 0};
+  const F16 radius_squared = reach_squared(view, fluid, number), factor = load16(block.factor);
+  if (fluid.smooth) return {cubic_spline(distance_squared / radius_squared) * factor, 0};
   return {select_less(distance_squared, radius_squared, factor, splat(0.0f)),
           count_less(distance_squared, radius_squared)};
 }
@@ -175,32 +191,40 @@ EMBRUN_FN Rgb extinction_of(const ParticleDensityView& view, const FluidRun& run
   const DensityFluid& fluid = view.fluids[run.fluid];
   FluidSums sums;
   for (std::uint32_t block = run.begin; block < run.end; ++block)
-    sums.add(view, fluid, block, factors_at(view.blocks[block], fluid.smooth, p));
+    sums.add(view, fluid, block, factors_at(view, fluid, block, p));
   return sums.extinction(fluid);
 }
 
-/// The cell of a brick that holds a point; null where no ball reaches.
-EMBRUN_FN const DensityCell* cell_at(const ParticleDensityView& view, const DensityBrick& brick, Vec3 p) {
+/// The cell of a brick that holds a point; null beside the box of its balls.
+EMBRUN_FN const DensityCell* cell_of(const ParticleDensityView& view, const DensityBrick& brick, Vec3 p) {
   const Vec3 at = (p - brick.grid.low) * brick.grid.cells_per_metre;
   // Written so that what lies below 0, which truncation would take for cell 0, is out.
   if (!(at.x >= 0.0f && at.y >= 0.0f && at.z >= 0.0f)) return nullptr;
   const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
   if (x >= brick.grid.nx || y >= brick.grid.ny || z >= brick.grid.nz) return nullptr;
-  const DensityCell* cell = &view.cells[brick.first_cell + static_cast<std::uint32_t>(brick.grid.index(x, y, z))];
-  return cell->block_count != 0 ? cell : nullptr;
+  return &view.cells[brick.first_cell + static_cast<std::uint32_t>(brick.grid.index(x, y, z))];
+}
+/// The same; null where no ball reaches.
+EMBRUN_FN const DensityCell* cell_at(const ParticleDensityView& view, const DensityBrick& brick, Vec3 p) {
+  const DensityCell* cell = cell_of(view, brick, p);
+  return cell != nullptr && cell->block_count != 0 ? cell : nullptr;
 }
 
-/// Extinction at a point of a cell that has any balls, per metre, of the fluids in `mask`.
-EMBRUN_LOCAL_FN Rgb extinction_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
-                                       std::uint32_t mask) {
+/// Extinction at a point of a cell of several fluids.
+EMBRUN_LOCAL_FN Rgb mixed_extinction(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
+                                     std::uint32_t mask) {
   FluidRun run(view, cell);
-  if (run.end == cell.first_block + cell.block_count)
-    return (mask >> run.fluid & 1u) != 0 ? extinction_of(view, run, p) : Rgb{};
   OverlapSum total;
   do {
     if ((mask >> run.fluid & 1u) != 0) total.add(view.overlap, extinction_of(view, run, p));
   } while (run.next(view, cell));
   return total.extinction;
+}
+
+/// Extinction at a point of a cell that has any balls, per metre, of the fluids in `mask`.
+EMBRUN_FN Rgb extinction_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p, std::uint32_t mask) {
+  if (cell.fluid == mixed_fluids) return mixed_extinction(view, cell, p, mask);
+  return (mask >> cell.fluid & 1u) != 0 ? extinction_of(view, FluidRun(view, cell), p) : Rgb{};
 }
 
 /// What a path meets where it collides: one fluid, as it is there.
@@ -215,11 +239,11 @@ struct LocalMedium {
 EMBRUN_LOCAL_FN void mix_own_colours(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
                                      LocalMedium& local) {
   Rgb scattering, extinction, emission;
-  const bool smooth = view.fluids[local.fluid].smooth;
+  const DensityFluid& fluid = view.fluids[local.fluid];
   for (std::uint32_t block = cell.first_block; block < cell.first_block + cell.block_count; ++block) {
     if (view.block_fluid[block] != local.fluid) continue;
     float lanes[16];
-    store16(lanes, factors_at(view.blocks[block], smooth, p).factor);
+    store16(lanes, factors_at(view, fluid, block, p).factor);
     for (int i = 0; i < 16; ++i) {
       if (!(lanes[i] > 0.0f)) continue;
       const BallColours& own = view.colours[view.block_colours[16 * block + static_cast<std::uint32_t>(i)]];
@@ -236,11 +260,10 @@ EMBRUN_LOCAL_FN void mix_own_colours(const ParticleDensityView& view, const Dens
   }
 }
 
-/// The fluid that a path collides with at a point of a cell. Of a mixture it is drawn by `u` in [0, 1), in proportion to
-/// the extinctions in `channel`.
-EMBRUN_LOCAL_FN LocalMedium collide_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
-                                            std::uint32_t mask, int channel, float u) {
-  LocalMedium local;
+/// Which fluid of several a path collides with at a point of a cell, and its extinction. Of a mixture it is drawn by `u` in
+/// [0, 1), in proportion to the extinctions in `channel`.
+EMBRUN_LOCAL_FN void choose_fluid(const ParticleDensityView& view, const DensityCell& cell, Vec3 p, std::uint32_t mask,
+                                  int channel, float u, LocalMedium& local) {
   OverlapSum total;
   FluidRun run(view, cell);
   do {
@@ -259,7 +282,19 @@ EMBRUN_LOCAL_FN LocalMedium collide_in_cell(const ParticleDensityView& view, con
     local.fluid = run.fluid;
     local.extinction = k;
   } while (run.next(view, cell));
-  if (local.fluid < 0) return local;
+}
+
+/// What a path collides with at a point of a cell, where the extinction is `k`. `u`: as in choose_fluid.
+EMBRUN_FN LocalMedium collide_in_cell(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
+                                      std::uint32_t mask, Rgb k, int channel, float u) {
+  LocalMedium local;
+  if (cell.fluid == mixed_fluids) {
+    choose_fluid(view, cell, p, mask, channel, u, local);
+    if (local.fluid < 0) return local;
+  } else {
+    local.fluid = static_cast<int>(cell.fluid);
+    local.extinction = k;
+  }
   local.albedo = view.fluids[local.fluid].albedo;
   if (view.fluids[local.fluid].own_colours) mix_own_colours(view, cell, p, local);
   return local;

@@ -122,26 +122,30 @@ float smooth_bound(const std::vector<Ball>& balls, const std::vector<std::uint32
   return greatest * 1.0001f;
 }
 
+/// What a place in a block holds that is not used: no point of a scene is in it.
+constexpr Ball nowhere{{1e15f, 1e15f, 1e15f}, 1e-10f, 0, 0, 0};
+
 /// One brick's part of the arrays, before they are put together.
 struct BuiltBrick {
   DensityBrick brick;
+  Rgb majorant;
   std::vector<DensityCell> cells;
   std::vector<DensityBlock> blocks;
   std::vector<std::uint8_t> block_fluid;
+  std::vector<float> block_reach;
   std::vector<std::uint32_t> block_colours;
 };
 
 void append_block(const Source& source, const std::uint32_t* members, std::size_t count, BuiltBrick& built) {
   const int number = source.balls[members[0]].fluid;
-  const bool smooth = source.fluids[static_cast<std::size_t>(number)].smooth;
   DensityBlock block;
   for (std::size_t lane = 0; lane < 16; ++lane) {
-    const Ball ball = lane < count ? source.balls[members[lane]] : Ball{};
+    const Ball ball = lane < count ? source.balls[members[lane]] : nowhere;
     block.x[lane] = ball.center.x;
     block.y[lane] = ball.center.y;
     block.z[lane] = ball.center.z;
-    block.radius_squared[lane] = lane < count ? ball.reach * ball.reach : smooth ? 1.0f : -1.0f;
     block.factor[lane] = ball.factor;
+    built.block_reach.push_back(ball.reach * ball.reach);
     built.block_colours.push_back(ball.colours);
   }
   built.blocks.push_back(block);
@@ -169,10 +173,10 @@ Rgb cell_bound(const Source& source, const std::vector<std::uint32_t>& list, con
   return bound;
 }
 
-/// The side of cells that suits a particle: a block's worth of balls reach into a cell of 2.5 radii. A smooth fluid's
+/// The side of cells that suits a particle: a block's worth of balls reach into a cell of 2.7 radii. A smooth fluid's
 /// bounds want cells that are small beside its kernel.
 float cell_size(const Source& source, const Ball& ball) {
-  return (source.fluids[ball.fluid].smooth ? 0.75f : 2.5f) * ball.reach;
+  return (source.fluids[ball.fluid].smooth ? 0.75f : 2.7f) * ball.reach;
 }
 
 /// Divides a brick among cells about as large as its balls, as far as its lists do not grow out of proportion.
@@ -238,7 +242,7 @@ BuiltBrick build_brick(const Source& source, const std::vector<std::uint32_t>& m
         }
         built.cells.push_back(cell);
         const Rgb bound = cell_bound(source, list, cell_box(grid, x, y, z, source.slack));
-        Rgb& majorant = built.brick.majorant;
+        Rgb& majorant = built.majorant;
         majorant = {std::max(majorant.r, bound.r), std::max(majorant.g, bound.g), std::max(majorant.b, bound.b)};
       }
   return built;
@@ -289,8 +293,8 @@ void add_fluid(const DensityParticles& particles, int number, DensityFluid& flui
   }
 }
 
-/// Side of the bricks: several balls, so that long flights take few steps, but no more than about a mean free path, so that
-/// void beside the balls costs little.
+/// Side of the bricks: several balls, so that flights take few steps, but no more than about two mean free paths, so that void
+/// beside the balls costs little.
 float choose_brick(const Source& source) {
   double cell = 0, extinction = 0;
   for (const Ball& ball : source.balls) {
@@ -300,7 +304,7 @@ float choose_brick(const Source& source) {
   }
   const auto count = static_cast<double>(source.balls.size());
   const double free_cells = count * count / std::max(extinction * cell, 1e-30);
-  return static_cast<float>(std::clamp(std::floor(free_cells), 2.0, 5.0) * cell / count);
+  return static_cast<float>(std::clamp(std::floor(2 * free_cells), 4.0, 12.0) * cell / count);
 }
 
 /// Lists of the balls in each brick.
@@ -360,6 +364,9 @@ ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, Media
     view_.present |= 1u << i;
     view_.grey = view_.grey && !fluid.own_colours && fluid.extinction == grey(fluid.extinction.r);
     view_.piecewise = view_.piecewise && !fluid.smooth;
+    const float reach = own.front().reach;
+    const bool same = std::all_of(own.begin(), own.end(), [&](const Ball& ball) { return ball.reach == reach; });
+    fluids_[i].reach_squared = same ? reach * reach : 0;
     source.balls.insert(source.balls.end(), own.begin(), own.end());
   }
   view_.overlap = overlap;
@@ -389,6 +396,13 @@ void ParticleDensity::fill(DensitySource& source, float brick) {
       built[i] = build_brick(source, lists[filled[i]], box);
     }
   });
+  const std::size_t channels = view_.grey ? 1 : 3;
+  majorants_.assign(channels * lists.size(), 0.0f);
+  for (std::size_t i = 0; i < built.size(); ++i)
+    for (std::size_t c = 0; c < channels; ++c)
+      majorants_[c * lists.size() + filled[i]] = built[i].majorant[static_cast<int>(c)];
+  const bool own_reach = std::any_of(source.balls.begin(), source.balls.end(),
+                                     [&](const Ball& ball) { return fluids_[ball.fluid].reach_squared == 0; });
   for (BuiltBrick& part : built) {
     const auto first_block = static_cast<std::uint32_t>(blocks_.size());
     part.brick.first_cell = static_cast<std::uint32_t>(cells_.size());
@@ -398,17 +412,20 @@ void ParticleDensity::fill(DensitySource& source, float brick) {
       cells_.push_back(cell);
     }
     blocks_.insert(blocks_.end(), part.blocks.begin(), part.blocks.end());
+    if (own_reach) block_reach_.insert(block_reach_.end(), part.block_reach.begin(), part.block_reach.end());
     block_fluid_.insert(block_fluid_.end(), part.block_fluid.begin(), part.block_fluid.end());
     if (!colours_.empty())
       block_colours_.insert(block_colours_.end(), part.block_colours.begin(), part.block_colours.end());
     part = {};
   }
 
+  for (std::size_t c = 0; c < 3; ++c) view_.majorants[c] = majorants_.data() + (c < channels ? c * lists.size() : 0);
   view_.brick_index = brick_index_.data();
   view_.bricks = bricks_.data();
   view_.cells = cells_.data();
   view_.blocks = blocks_.data();
   view_.block_fluid = block_fluid_.data();
+  view_.block_reach = block_reach_.empty() ? nullptr : block_reach_.data();
   view_.block_colours = block_colours_.empty() ? nullptr : block_colours_.data();
   view_.colours = colours_.data();
 }
@@ -419,8 +436,9 @@ ParticleDensityStats ParticleDensity::stats() const {
   s.bricks = bricks_.size();
   s.cells = cells_.size();
   s.blocks = blocks_.size();
-  s.bytes = brick_index_.size() * sizeof brick_index_[0] + bricks_.size() * sizeof bricks_[0] +
-            cells_.size() * sizeof cells_[0] + blocks_.size() * (sizeof blocks_[0] + 1) +
+  s.bytes = brick_index_.size() * sizeof brick_index_[0] + majorants_.size() * sizeof majorants_[0] +
+            bricks_.size() * sizeof bricks_[0] + cells_.size() * sizeof cells_[0] +
+            blocks_.size() * (sizeof blocks_[0] + 1) + block_reach_.size() * sizeof block_reach_[0] +
             block_colours_.size() * sizeof block_colours_[0] + colours_.size() * sizeof colours_[0];
   s.brick = view_.grid.cell.x;
   return s;

@@ -48,11 +48,13 @@ class ParticleDensity {
   ParticleDensityStats stats() const;
 
  private:
+  std::vector<float> majorants_;  ///< one channel after the other; of grey media one
   std::vector<std::uint32_t> brick_index_;
   std::vector<DensityBrick> bricks_;
   std::vector<DensityCell> cells_;
   std::vector<DensityBlock> blocks_;
   std::vector<std::uint8_t> block_fluid_;
+  std::vector<float> block_reach_;
   std::vector<std::uint32_t> block_colours_;
   std::vector<BallColours> colours_;
   std::vector<DensityFluid> fluids_;

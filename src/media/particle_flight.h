@@ -61,10 +61,103 @@ EMBRUN_FN Rgb majorant_ratio(Rgb majorant, int channel, float distance) {
 /// Differences of extinctions and their majorant are not negative but for rounding.
 EMBRUN_FN Rgb above_zero(Rgb v) { return {max_of(v.r, 0.0f), max_of(v.g, 0.0f), max_of(v.b, 0.0f)}; }
 
+/// What rounding may add to an extinction.
+inline constexpr float majorant_slack = 1.0001f;
+
 /// True when a majorant was too small, but for rounding.
 EMBRUN_FN bool exceeds(Rgb extinction, Rgb majorant) {
-  constexpr float slack = 1.0001f;
-  return extinction.r > slack * majorant.r || extinction.g > slack * majorant.g || extinction.b > slack * majorant.b;
+  return extinction.r > majorant_slack * majorant.r || extinction.g > majorant_slack * majorant.g ||
+         extinction.b > majorant_slack * majorant.b;
+}
+
+/// A tentative collision: a point that delta tracking stops at.
+struct TentativeCollision {
+  float t = 0;
+  Vec3 point;
+  int brick = 0;  ///< the cell of ParticleDensityView::grid
+  Sample2 u;      ///< decides whether it is real; draws what comes then
+  Rgb ratio;      ///< of coloured media: as Flight::ratio, of the way since the last one
+};
+
+/// Draws the tentative collisions along a ray, one by one.
+struct TentativeCollisions {
+  Rgb rest = grey(1.0f);  ///< as TentativeCollision::ratio, of the way behind the last of them
+
+  TentativeCollisions() = default;
+  /// `first_depth`: optical depth, by the majorants, of the first.
+  EMBRUN_FN TentativeCollisions(const ParticleDensityView& view, const DensityRay& ray, int drawn_channel,
+                                float first_depth)
+      : bricks_(view.grid, ray.origin, ray.direction, ray.begin, ray.end),
+        channel_(drawn_channel),
+        depth_(first_depth) {
+    if (!bricks_.done) enter_brick(view);
+  }
+
+  /// False: there is none any more before the ray's end.
+  EMBRUN_FN bool next(const ParticleDensityView& view, const DensityRay& ray, RandomStream& random,
+                      TentativeCollision& found) {
+    while (!bricks_.done) {
+      const float left = (end_ - t_) * majorant_;
+      if (depth_ < left) {
+        const float step = depth_ / majorant_;
+        t_ += step;
+        found.t = t_;
+        found.point = ray.origin + t_ * ray.direction;
+        found.brick = bricks_.index();
+        found.u = random.next_pair();
+        if (!view.grey) {
+          found.ratio = rest * majorant_ratio(view.majorant(found.brick), channel_, step);
+          rest = grey(1.0f);
+        }
+        depth_ = flight_depth(found.u.y);
+        return true;
+      }
+      depth_ -= left;
+      if (!view.grey) rest *= majorant_ratio(view.majorant(bricks_.index()), channel_, end_ - t_);
+      bricks_.advance();
+      if (!bricks_.done) enter_brick(view);
+    }
+    return false;
+  }
+
+ private:
+  GridWalk bricks_;
+  int channel_ = 0;
+  float depth_ = 0, t_ = 0, end_ = 0, majorant_ = 0;
+
+  EMBRUN_FN void enter_brick(const ParticleDensityView& view) {
+    majorant_ = view.majorants[channel_][bricks_.index()];
+    t_ = bricks_.begin;
+    end_ = bricks_.end();
+  }
+};
+
+/// The density at a tentative collision: true when it is real, and then `flight` is complete. `cell`: what lies there, or
+/// null.
+EMBRUN_FN bool collides(const ParticleDensityView& view, const DensityRay& ray, int channel,
+                        const TentativeCollision& at, const DensityCell* cell, Flight& flight,
+                        std::uint64_t& exceeded) {
+  const Rgb k = cell != nullptr ? extinction_in_cell(view, *cell, at.point, ray.fluids) : Rgb{};
+  const float bound = view.majorants[channel][at.brick];
+  const bool real = at.u.x * bound < k[channel];
+  if (view.grey) {
+    exceeded += k.g > majorant_slack * bound ? 1 : 0;
+  } else {
+    const Rgb majorant = view.majorant(at.brick);
+    exceeded += exceeds(k, majorant) ? 1 : 0;
+    const Rgb f = real ? k : above_zero(majorant - k);
+    flight.ratio *= at.ratio * f * (1.0f / f[channel]);
+  }
+  if (!real) return false;
+  flight.local = collide_in_cell(view, *cell, at.point, ray.fluids, k, channel, at.u.y);
+  flight.collided = flight.local.fluid >= 0;
+  flight.t = at.t;
+  // Of a mixture it is the colliding fluid that the flight's density is of.
+  if (!view.grey && flight.collided)
+    for (int c = 0; c < 3; ++c)
+      flight.ratio[c] *=
+          k[c] > 0.0f ? flight.local.extinction[c] / k[c] * (k[channel] / flight.local.extinction[channel]) : 0.0f;
+  return true;
 }
 
 /// Delta tracking on the exact density. `depth`: optical depth of the first tentative collision. Majorants found too small
@@ -72,47 +165,13 @@ EMBRUN_FN bool exceeds(Rgb extinction, Rgb majorant) {
 EMBRUN_LOCAL_FN Flight track_flight(const ParticleDensityView& view, const DensityRay& ray, int channel, float depth,
                                     RandomStream& random, std::uint64_t& exceeded) {
   Flight flight;
-  for (GridWalk bricks(view.grid, ray.origin, ray.direction, ray.begin, ray.end); !bricks.done; bricks.advance()) {
-    const std::uint32_t index = view.brick_index[bricks.index()];
-    if (index == no_brick) continue;
-    const DensityBrick& brick = view.bricks[index];
-    const float majorant = brick.majorant[channel], end = bricks.end();
-    float t = bricks.begin;
-    while (true) {
-      const float left = (end - t) * majorant;
-      if (depth >= left) {
-        depth -= left;
-        if (!view.grey) flight.ratio *= majorant_ratio(brick.majorant, channel, end - t);
-        break;
-      }
-      const float step = depth / majorant;
-      t += step;
-      const Vec3 p = ray.origin + t * ray.direction;
-      const DensityCell* cell = cell_at(view, brick, p);
-      const Rgb k = cell != nullptr ? extinction_in_cell(view, *cell, p, ray.fluids) : Rgb{};
-      exceeded += exceeds(k, brick.majorant) ? 1 : 0;
-      const Sample2 u = random.next_pair();
-      const bool real = u.x * majorant < k[channel];
-      if (!view.grey) {
-        flight.ratio *= majorant_ratio(brick.majorant, channel, step);
-        const Rgb f = real ? k : above_zero(brick.majorant - k);
-        flight.ratio *= f * (1.0f / f[channel]);
-      }
-      if (real) {
-        flight.local = collide_in_cell(view, *cell, p, ray.fluids, channel, u.y);
-        flight.collided = flight.local.fluid >= 0;
-        flight.t = t;
-        // Of a mixture it is the colliding fluid that the flight's density is of.
-        if (!view.grey && flight.collided)
-          for (int c = 0; c < 3; ++c)
-            flight.ratio[c] *= k[c] > 0.0f
-                                   ? flight.local.extinction[c] / k[c] * (k[channel] / flight.local.extinction[channel])
-                                   : 0.0f;
-        return flight;
-      }
-      depth = flight_depth(u.y);
-    }
+  TentativeCollisions tentative(view, ray, channel, depth);
+  TentativeCollision at;
+  while (tentative.next(view, ray, random, at)) {
+    const DensityCell* cell = cell_at(view, view.bricks[view.brick_index[at.brick]], at.point);
+    if (collides(view, ray, channel, at, cell, flight, exceeded)) return flight;
   }
+  flight.ratio *= tentative.rest;
   return flight;
 }
 
@@ -125,7 +184,8 @@ EMBRUN_LOCAL_FN Rgb track_transmittance(const ParticleDensityView& view, const D
     const std::uint32_t index = view.brick_index[bricks.index()];
     if (index == no_brick) continue;
     const DensityBrick& brick = view.bricks[index];
-    const float majorant = max_component(brick.majorant), end = bricks.end();
+    const Rgb bound = view.majorant(bricks.index());
+    const float majorant = max_component(bound), end = bricks.end();
     float t = bricks.begin;
     while (true) {
       const float left = (end - t) * majorant;
@@ -140,7 +200,7 @@ EMBRUN_LOCAL_FN Rgb track_transmittance(const ParticleDensityView& view, const D
       const DensityCell* cell = cell_at(view, brick, p);
       if (cell == nullptr) continue;
       const Rgb k = extinction_in_cell(view, *cell, p, ray.fluids);
-      exceeded += exceeds(k, brick.majorant) ? 1 : 0;
+      exceeded += exceeds(k, bound) ? 1 : 0;
       through *= above_zero(grey(1.0f) - k * (1.0f / majorant));
       // Almost nothing left: goes on by chance, so that opaque media end.
       const float most = max_component(through);
@@ -192,8 +252,8 @@ EMBRUN_LOCAL_FN Flight walk_flight(const ParticleDensityView& view, const Densit
   if (!view.grey) flight.ratio = exp_of(grey(finder.passed[channel]) - finder.passed);
   if (!found) return flight;
   // The middle of the stretch is in the same balls, and not on the surface of one.
-  flight.local =
-      collide_in_cell(view, *finder.cell, ray.origin + finder.middle * ray.direction, ray.fluids, channel, u);
+  flight.local = collide_in_cell(view, *finder.cell, ray.origin + finder.middle * ray.direction, ray.fluids,
+                                 finder.extinction, channel, u);
   flight.collided = flight.local.fluid >= 0;
   flight.t = finder.t;
   if (!view.grey && flight.collided)

@@ -172,8 +172,9 @@ TEST(ParticleDensity, MajorantsHold) {
       const DensityCell* cell = cell_at(view, brick, p);
       if (cell == nullptr) continue;
       const Rgb k = extinction_in_cell(view, *cell, p, ~0u);
-      EXPECT_FALSE(exceeds(k, brick.majorant));
-      closest = max_of(closest, k.r / brick.majorant.r);
+      const Rgb majorant = view.majorant(walk.index());
+      EXPECT_FALSE(exceeds(k, majorant));
+      closest = max_of(closest, k.r / majorant.r);
     }
     EXPECT_GT(closest, model == DensityModel::balls ? 0.9f : 0.5f);
   }
@@ -185,10 +186,11 @@ TEST(ParticleDensity, AMajorantThatIsTooSmallIsCounted) {
   Particles particles;
   particles.add_fluid(random, 500, 1, 0.08f, 1, 5);
   const ParticleDensity density = particles.build(MediaOverlap::sum);
-  std::vector<DensityBrick> bricks(density.view().bricks, density.view().bricks + density.stats().bricks);
-  for (DensityBrick& brick : bricks) brick.majorant = brick.majorant * 0.3f;
+  const CellGrid& grid = density.view().grid;
+  std::vector<float> majorants(density.view().majorants[0], density.view().majorants[0] + grid.nx * grid.ny * grid.nz);
+  for (float& majorant : majorants) majorant *= 0.3f;
   ParticleDensityView wrong = density.view();
-  wrong.bricks = bricks.data();
+  for (const float*& channel : wrong.majorants) channel = majorants.data();
   std::uint64_t exceeded = 0;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     RandomStream numbers = stream(i);

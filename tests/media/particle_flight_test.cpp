@@ -1,7 +1,5 @@
 // Free flight and transmittance against brute force (density_oracle.h).
 
-#include "media/particle_flight.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <string>
 
 #include "density_oracle.h"
+#include "media/flight_batch.h"
 #include "support/chi_square.h"
 
 namespace embrun {
@@ -210,6 +209,59 @@ INSTANTIATE_TEST_SUITE_P(Mixtures, FreeFlight, ::testing::ValuesIn(mixtures), na
 INSTANTIATE_TEST_SUITE_P(Coloured, FreeFlight, ::testing::ValuesIn(coloured), name_of);
 INSTANTIATE_TEST_SUITE_P(Mixtures, MixedFlight, ::testing::ValuesIn(mixtures), name_of);
 INSTANTIATE_TEST_SUITE_P(Coloured, ColouredFlight, ::testing::ValuesIn(coloured), name_of);
+
+// ---- many at once --------------------------------------------------------------------------------------------------
+
+struct Queries {
+  std::vector<FlightQuery> queries;
+  std::vector<Flight> answers;
+  std::vector<int> settled;
+
+  explicit Queries(std::vector<FlightQuery> list)
+      : queries(std::move(list)), answers(queries.size()), settled(queries.size()) {}
+  int count() const { return static_cast<int>(queries.size()); }
+  FlightQuery query(int i) const { return queries[static_cast<std::size_t>(i)]; }
+  void settle(int i, const Flight& flight) {
+    answers[static_cast<std::size_t>(i)] = flight;
+    ++settled[static_cast<std::size_t>(i)];
+  }
+};
+
+// Flights under way together end as they would alone, to the last bit, and each is answered once.
+class FlightBatch : public FreeFlight {};
+TEST_P(FlightBatch, AnswersAsOneByOne) {
+  const Case& c = GetParam();
+  const ParticleDensity density = build(12);
+  const std::vector<Line> ways = lines(random, 100, 1);
+  for (const std::size_t count : {0u, 1u, 15u, 16u, 17u, 101u}) {
+    std::vector<FlightQuery> list;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto sample = static_cast<std::uint32_t>(i);
+      // Some may meet nothing.
+      const std::uint32_t fluids = i % 5 == 0 ? 0u : i % 5 == 1 ? 1u : ~0u;
+      const DensityRay ray{ways[i].origin, ways[i].direction, 0, ways[i].end, fluids};
+      list.push_back({ray, c.colours ? static_cast<int>(i % 3) : 0, first_number(sample), stream(sample)});
+    }
+    Queries queries(list);
+    std::uint64_t together = 0, alone = 0;
+    next_collisions(density.view(), c.sampler, queries, together);
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(queries.settled[i], 1);
+      FlightQuery& q = list[i];
+      const Flight flight = next_collision(density.view(), q.ray, c.sampler, q.channel, q.u, q.random, alone);
+      const Flight& answer = queries.answers[i];
+      EXPECT_EQ(answer.collided, flight.collided) << i;
+      EXPECT_EQ(answer.t, flight.t) << i;
+      EXPECT_EQ(answer.ratio, flight.ratio) << i;
+      EXPECT_EQ(answer.local.fluid, flight.local.fluid) << i;
+      EXPECT_EQ(answer.local.extinction, flight.local.extinction) << i;
+    }
+    EXPECT_EQ(together, alone);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Single, FlightBatch, ::testing::ValuesIn(single), name_of);
+INSTANTIATE_TEST_SUITE_P(Mixtures, FlightBatch, ::testing::ValuesIn(mixtures), name_of);
+INSTANTIATE_TEST_SUITE_P(Coloured, FlightBatch, ::testing::ValuesIn(coloured), name_of);
 
 // ---- transmittance -------------------------------------------------------------------------------------------------
 

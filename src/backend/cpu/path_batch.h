@@ -18,9 +18,13 @@ struct BasicPathBatch {
   int nearest[Size];
   MediaState behind[Size];
   ShadowRay shadows[Size];
+  PathFlight flights[Size];
+  MediumCollision collisions[Size];
+  bool collided[Size];          ///< with a medium, before what the ray met
   std::uint16_t active[Size];   ///< slots of the paths that go on
   std::uint16_t ordered[Size];  ///< the same, those in air first
   std::uint16_t lit[Size];      ///< slots whose shadow ray is to be traced
+  std::uint16_t flying[Size];   ///< slots whose path may collide with a medium
 };
 
 /// Processor time of this thread: what others do on the machine does not count.
@@ -98,6 +102,35 @@ EMBRUN_LOCAL_FN int order_by_side(Batch& batch, int count) {
   return outside;
 }
 
+/// The listed paths' flights, as next_collisions wants them.
+template <class Batch>
+struct PathFlights {
+  const PathScene& scene;
+  Batch& batch;
+  int number;
+
+  EMBRUN_FN int count() const { return number; }
+  EMBRUN_FN const FlightQuery& query(int i) const { return batch.flights[batch.flying[i]].query; }
+  EMBRUN_FN void settle(int i, const Flight& met) {
+    const std::uint16_t slot = batch.flying[i];
+    batch.collided[slot] = end_flight(scene, batch.paths[slot], batch.flights[slot], met, batch.collisions[slot]);
+  }
+};
+
+/// Stage: the flights through media to what the rays met.
+template <class Batch>
+EMBRUN_LOCAL_FN void flight_stage(const PathScene& scene, Batch& batch, int count, PathCounters& counters) {
+  PathFlights<Batch> flights{scene, batch, 0};
+  for (int i = 0; i < count; ++i) {
+    const std::uint16_t slot = batch.active[i];
+    batch.collided[slot] = false;
+    if (begin_flight_to_boundary(scene, batch.paths[slot], batch.found[slot], batch.hits[slot], batch.flights[slot],
+                                 counters))
+      batch.flying[flights.number++] = slot;
+  }
+  next_collisions(scene.density, scene.settings.flights, flights, counters.majorants);
+}
+
 /// Stages: advance and scatter. Lists the shadow rays to trace; returns how many.
 template <class Intersector, class Batch>
 EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
@@ -108,9 +141,9 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
     PathState& path = batch.paths[slot];
     const SceneHit& hit = batch.hits[slot];
     MediaState& behind = batch.behind[slot];
-    MediumCollision collision;
-    if (fly_to_boundary(scene, path, batch.found[slot], hit, collision, counters)) {
-      if (scatter_in_medium(scene, path, collision, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
+    if (batch.collided[slot]) {
+      if (scatter_in_medium(scene, path, batch.collisions[slot], batch.shadows[slot], counters))
+        batch.lit[lit++] = slot;
       continue;
     }
     if (advance_path(scene, intersector, path, batch.found[slot], hit, behind, counters) != Advance::scatters) continue;
@@ -148,6 +181,7 @@ EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& inte
   counters.paths += static_cast<std::uint64_t>(count);
   intersect_stage(intersector, batch, batch.active, count, timed, counters.camera);
   while (count > 0) {
+    flight_stage(scene, batch, count, counters);
     const int lit = shade_stage(scene, intersector, batch, count, counters);
     shadow_stage(scene, intersector, batch, lit, timed, counters);
     listener.after_events(batch, batch.active, count);
