@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 namespace embrun {
 namespace {
@@ -39,6 +40,11 @@ Color parse_color(const std::string& option, const std::string& text) {
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 
+Color parse_extinction(const std::string& option, const std::string& text) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  return text == "inf" ? Color{infinite, infinite, infinite} : parse_color(option, text);
+}
+
 FluidOptions parse_fluid(const std::string& option, const std::string& text) {
   FluidOptions fluid;
   // A colon of the file's own name is one that no key follows.
@@ -54,7 +60,7 @@ FluidOptions parse_fluid(const std::string& option, const std::string& text) {
     else if (key == "absorption")
       fluid.absorption = parse_color(name, value);
     else if (key == "extinction")
-      fluid.extinction = parse_color(name, value);
+      fluid.extinction = parse_extinction(name, value);
     else if (key == "albedo")
       fluid.albedo = parse_color(name, value);
     else if (key == "g")

@@ -34,6 +34,9 @@ int as_integer(const std::string& option, double value);
 /// "r,g,b", or one number for all three.
 Color parse_color(const std::string& option, const std::string& text);
 
+/// The same, or "inf".
+Color parse_extinction(const std::string& option, const std::string& text);
+
 /// "FILE[:key=value...]"; keys ior, absorption, extinction, albedo, g.
 FluidOptions parse_fluid(const std::string& option, const std::string& text);
 

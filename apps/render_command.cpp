@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <iterator>
+#include <limits>
 #include <memory>
 
 #include "commands.h"
@@ -19,7 +20,7 @@ namespace {
 struct RenderArguments {
   RenderOptions options;
   std::string input, output, report;
-  std::string size, crop, sun, refractions = "all", camera_from, camera_to, absorption, container, scene_output;
+  std::string size, crop, sun, refractions = "all", camera_from, camera_to, absorption, container, scene_output, clamp;
   std::vector<std::string> definitions;
   std::string extinction, albedo, foam_extinction, sand_color;
   std::vector<std::string> fluids;
@@ -139,7 +140,7 @@ void add_inside_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "Inside the fluid";
   c.add_option("--extinction", a.extinction,
-               "r,g,b (or one number) per metre: the fluid's particles scatter and absorb light")
+               "r,g,b (or one number, or inf: opaque) per metre: the fluid's particles scatter and absorb light")
       ->default_str("none: clear")
       ->group(group);
   c.add_option("--albedo", a.albedo, "r,g,b (or one number): how much of that is scattering")
@@ -183,7 +184,7 @@ void add_kind_options(CLI::App& c, RenderArguments& a) {
   c.add_option("--bubble-radius", o.bubble_radius, "metres")->default_str("1/4 of the water's")->group(group);
   c.add_option("--spray-radius", o.spray_radius, "metres")->default_str("1/4 of the water's")->group(group);
   c.add_option("--sand-radius", o.sand_radius, "metres")->default_str("the water's")->group(group);
-  c.add_option("--foam-extinction", a.foam_extinction, "r,g,b (or one number) per metre")
+  c.add_option("--foam-extinction", a.foam_extinction, "r,g,b (or one number, or inf: opaque) per metre")
       ->default_str("3 / particle diameter")
       ->group(group);
   c.add_option("--sand-color", a.sand_color, "r,g,b (or one number): reflectance")->default_str("brown")->group(group);
@@ -204,6 +205,18 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
        "1, 2, ... or all: after the last one allowed a ray goes straight on through every surface. For comparisons "
        "with renderers that stop there; it looks wrong")
       ->capture_default_str()
+      ->group(group);
+  c.add_option(
+       "--boundary-nee", o.boundary_nee,
+       "how shadow rays meet the surface of water and glass: off (they end there; small lights reach the inside by "
+       "chance alone) or straight (straight on through it: quiet, but biased, as if it did not bend light)")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option(
+       "--clamp", a.clamp,
+       "most radiance, per channel, that light found after the first scattering brings to a sample, or off: fewer "
+       "bright specks, but biased: too dark")
+      ->default_str("off")
       ->group(group);
   c.add_option("--first-sample", o.first_sample, "index of the first sample: with --crop and --spp 1, replays one path")
       ->capture_default_str()
@@ -238,9 +251,10 @@ void parse_text(RenderArguments& a) {
   if (!a.camera_to.empty()) o.camera_to = parse_numbers<3>("--camera-to", a.camera_to, "x,y,z");
   if (!a.container.empty()) o.container = parse_numbers<6>("--container", a.container, "x0,y0,z0,x1,y1,z1");
   if (!a.absorption.empty()) o.absorption = parse_color("--absorption", a.absorption);
-  if (!a.extinction.empty()) o.extinction = parse_color("--extinction", a.extinction);
+  if (!a.clamp.empty() && a.clamp != "off") o.clamp = parse_numbers<1>("--clamp", a.clamp, "a radiance, or off")[0];
+  if (!a.extinction.empty()) o.extinction = parse_extinction("--extinction", a.extinction);
   if (!a.albedo.empty()) o.albedo = parse_color("--albedo", a.albedo);
-  if (!a.foam_extinction.empty()) o.foam_extinction = parse_color("--foam-extinction", a.foam_extinction);
+  if (!a.foam_extinction.empty()) o.foam_extinction = parse_extinction("--foam-extinction", a.foam_extinction);
   if (!a.sand_color.empty()) o.sand_color = parse_color("--sand-color", a.sand_color);
   for (const std::string& text : a.fluids) o.fluids.push_back(parse_fluid("--fluid", text));
   try {
@@ -253,10 +267,10 @@ void parse_text(RenderArguments& a) {
 // ---- scene files -------------------------------------------------------------------------------------------------
 
 /// What may be said of a scene file on the command line; the rest it says itself.
-constexpr const char* scene_options[] = {"--output",      "--size",      "--crop",        "--spp",          "--seed",
-                                         "--layer",       "--exposure",  "--tone",        "--filter",       "--denoise",
-                                         "--threads",     "--max-depth", "--refractions", "--first-sample", "--define",
-                                         "--write-scene", "--json",      "--quiet"};
+constexpr const char* scene_options[] = {
+    "--output", "--size",         "--crop",    "--spp",         "--seed",      "--layer",       "--exposure",
+    "--tone",   "--filter",       "--denoise", "--threads",     "--max-depth", "--refractions", "--first-sample",
+    "--define", "--boundary-nee", "--clamp",   "--write-scene", "--json",      "--quiet"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -277,6 +291,8 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--spp")) scene.samples = o.samples;
   if (given("--max-depth")) scene.max_depth = o.max_depth;
   if (given("--refractions")) scene.refractions = o.refractions;
+  if (given("--boundary-nee")) scene.boundary_nee = o.boundary_nee;
+  if (given("--clamp")) scene.clamp = o.clamp.value_or(std::numeric_limits<double>::infinity());
   if (given("--seed")) scene.seed = o.seed;
   if (given("--filter")) scene.filter = o.filter;
   return scene;

@@ -58,6 +58,12 @@ struct RenderOptions {
   std::string filter = "box";  ///< of a pixel: box, tent, gaussian, blackman-harris
   int max_depth = 256;         ///< scattering events of a path
   int refractions = -1;        ///< after that many a ray goes straight on; -1: any number
+  /// How shadow rays meet interfaces. off: they end there, and small lights reach the inside by chance alone. straight:
+  /// they go straight on, with Fresnel's and the medium's transmittance; quiet, but biased: light comes from where it would
+  /// come without refraction.
+  std::string boundary_nee = "off";
+  /// Most radiance that light found after the first scattering may bring to a sample, per channel; biased. None: no limit.
+  std::optional<double> clamp;
 
   // The camera: from and to, or a view that is framed on the particles.
   std::optional<Point> camera_from, camera_to;
@@ -85,7 +91,9 @@ struct RenderOptions {
   std::vector<std::string> meshes;                 ///< PLY or OBJ files, shown as grey objects
 
   // The inside of the fluid: what its particles do to light.
-  std::optional<Color> extinction;       ///< per metre at rest density; default: none, or with color_by 1 / (4 radii)
+  /// Per metre at rest density; default: none, or with color_by 1 / (4 radii). Infinite: the fluid is opaque, a body of its
+  /// albedo under its reflecting surface.
+  std::optional<Color> extinction;
   Color albedo{1, 1, 1};                 ///< scattering / extinction
   double phase_g = 0;                    ///< mean cosine of scattering, Henyey-Greenstein
   std::optional<double> density_radius;  ///< of the balls that fill the fluid with it; default: the particles' radius
@@ -99,9 +107,10 @@ struct RenderOptions {
   std::vector<std::string> foam, bubbles, sand, spray;  ///< files
   /// Radii of those without one in the file; default: 1/2, 1/4, 1 and 1/4 of the fluid's.
   std::optional<double> foam_radius, bubble_radius, sand_radius, spray_radius;
-  std::optional<Color> foam_extinction;  ///< per metre; default: three mean free paths through a particle
-  std::optional<Color> sand_color;       ///< reflectance
-  std::optional<double> tank;            ///< thickness of a glass tank round the container, metres
+  std::optional<Color>
+      foam_extinction;  ///< per metre; default: three mean free paths through a particle. Infinite: opaque balls
+  std::optional<Color> sand_color;  ///< reflectance
+  std::optional<double> tank;       ///< thickness of a glass tank round the container, metres
   double tank_ior = 1.5;
 
   // What is written.
@@ -119,6 +128,8 @@ struct SceneInput {
   std::optional<std::array<int, 2>> size;                       ///< without a crop, all of it is rendered
   std::optional<std::array<int, 4>> crop;
   std::optional<int> samples, max_depth, refractions;
+  std::optional<std::string> boundary_nee;
+  std::optional<double> clamp;
   std::optional<std::uint32_t> seed;
   std::optional<std::string> filter;
 };

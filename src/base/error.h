@@ -13,6 +13,12 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A file that holds none where particles are wanted: a solver writes such of foam that has not come up yet.
+class NoParticles : public Error {
+ public:
+  using Error::Error;
+};
+
 [[noreturn]] void check_failed(const char* condition, const char* file, int line);
 
 }  // namespace embrun

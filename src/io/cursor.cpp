@@ -12,6 +12,7 @@ void fail_in_file(std::string_view file, std::string_view place, std::string_vie
   for (const std::string_view part : {place, what, message}) {
     if (!part.empty()) text += fmt::format(": {}", part);
   }
+  if (message == no_particles) throw NoParticles(text);
   throw Error(text);
 }
 

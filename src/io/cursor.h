@@ -51,7 +51,11 @@ class Cursor {
   void consume_line_end();
 };
 
-/// Throws Error "FILE: PLACE: WHAT: MESSAGE"; `place` and `what` may be empty.
+/// The message of a file that is as it should be, but for its particles.
+inline constexpr std::string_view no_particles = "the file holds no particles";
+
+/// Throws Error "FILE: PLACE: WHAT: MESSAGE"; `place` and `what` may be empty. With the message no_particles it is a
+/// NoParticles.
 [[noreturn]] void fail_in_file(std::string_view file, std::string_view place, std::string_view what,
                                std::string_view message);
 

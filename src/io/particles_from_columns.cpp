@@ -321,7 +321,7 @@ void check_positions(std::string_view file, ParticleSet& set, const RowPlace& pl
 
 ParticleSet particles_from_columns(std::string_view file, std::size_t rows, std::vector<Column> columns,
                                    const RowPlace& place) {
-  if (rows == 0) fail_in_file(file, place(0), "position", "the file holds no particles");
+  if (rows == 0) fail_in_file(file, place(0), "position", no_particles);
   if (rows > std::numeric_limits<std::uint32_t>::max()) {
     fail_in_file(file, place(0), "position", fmt::format("{} particles: more than 2^32 - 1 are not supported", rows));
   }

@@ -6,6 +6,7 @@
 
 #include "io/byte_stream.h"
 #include "io/column.h"
+#include "io/cursor.h"
 #include "io/particle_readers.h"
 #include "io/text.h"
 
@@ -60,7 +61,7 @@ BgeoHeader read_header(ByteStream& stream) {
     counts[i] = read_integer(stream, ScalarType::int32, names[i]);
     if (counts[i] < 0) stream.fail(names[i], fmt::format("{} is negative", counts[i]));
   }
-  if (counts[0] == 0) stream.fail(names[0], "the file holds no particles");
+  if (counts[0] == 0) stream.fail(names[0], no_particles);
   return {counts[0], counts[4]};
 }
 

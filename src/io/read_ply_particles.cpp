@@ -12,7 +12,7 @@ ParticleSet read_ply_particles(std::span<const std::byte> file, std::string_view
   if (vertex == ply.elements().size()) ply.cursor().fail("header", "there is no element \"vertex\"");
   for (std::size_t i = 0; i < vertex; ++i) ply.skip();
   const PlyElement& element = ply.elements()[vertex];
-  if (element.count == 0) ply.cursor().fail("element 'vertex'", "the file holds no particles");
+  if (element.count == 0) ply.cursor().fail("element 'vertex'", no_particles);
   PlyRows rows = ply.read();
   if (rows.columns.empty()) ply.cursor().fail("element 'vertex'", "it has no properties x, y, z");
 

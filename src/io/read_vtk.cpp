@@ -166,7 +166,7 @@ class VtkReader {
     has_points_ = true;
     points_ = static_cast<std::size_t>(number("POINTS"));
     points_place_ = cursor_.place();
-    if (points_ == 0) cursor_.fail("POINTS", "the file holds no particles");
+    if (points_ == 0) cursor_.fail("POINTS", no_particles);
     const ScalarType type = type_named(word("POINTS"), "POINTS");
     point_bytes_ = 3 * size_of(type);
     end_header_line();

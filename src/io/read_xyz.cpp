@@ -205,18 +205,18 @@ class TableReader {
     std::string_view comment;
     first_row_ = cursor_;
     std::string_view line = next_row(cursor_, &comment);
-    if (line.empty()) cursor_.fail("", "the file holds no particles");
+    if (line.empty()) cursor_.fail("", no_particles);
     split_row(line);
     if (fields_.size() == 1 && parse_uint64(fields_[0])) {
       chemical_ = true;
       announced_ = *parse_uint64(fields_[0]);
-      if (announced_ == 0) cursor_.fail("number of particles", "the file holds no particles");
+      if (announced_ == 0) cursor_.fail("number of particles", no_particles);
       line = skip_title();
     } else if (std::none_of(fields_.begin(), fields_.end(), [&](auto field) { return is_number(field); })) {
       set_names(line);
       first_row_ = cursor_;
       line = next_row(cursor_);
-      if (line.empty()) cursor_.fail("", "the file holds no particles");
+      if (line.empty()) cursor_.fail("", no_particles);
       split_row(line);
     } else if (!comment.empty()) {
       use_comment_as_names(without_comment_mark(comment));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 
@@ -89,6 +90,16 @@ void check_extent(const ParticleSet& particles, double radius, std::string_view 
   throw Error(std::string(file) + ": position: the particles span " + std::to_string(extent) +
               " m, too much for a radius of " + std::to_string(radius) +
               " m: single precision cannot tell neighbours apart. Remove the particles that ran away");
+}
+
+SizedParticles size_particles(ParticleSet particles, std::optional<double> given, std::string_view file) {
+  SizedParticles sized;
+  sized.particles = std::move(particles);
+  sized.spacing = estimate_spacing(sized.particles);
+  sized.radius = choose_radius(sized.particles, sized.spacing, given, file);
+  drop_particles_without_radius(sized.particles, sized.radius);
+  check_extent(sized.particles, sized.radius.radius, file);
+  return sized;
 }
 
 const char* to_string(RadiusSource source) {

@@ -40,6 +40,16 @@ void drop_particles_without_radius(ParticleSet& particles, RadiusChoice& choice)
 /// middle of their bounds, cannot place them to 1/50 of `radius`: one runaway particle is enough.
 void check_extent(const ParticleSet& particles, double radius, std::string_view file);
 
+/// Particles with what their surface takes.
+struct SizedParticles {
+  ParticleSet particles;
+  SpacingEstimate spacing;
+  RadiusChoice radius;
+};
+
+/// Estimates the rest spacing, decides the radius, removes the particles without one, and checks the extent.
+SizedParticles size_particles(ParticleSet particles, std::optional<double> given, std::string_view file);
+
 /// "given", "file", "spacing" or "nearest-neighbour".
 const char* to_string(RadiusSource source);
 

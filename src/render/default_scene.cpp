@@ -60,9 +60,7 @@ FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptio
   fluid.surface.spacing = measured.spacing.spacing;
   fluid.surface.radius = static_cast<float>(measured.radius.radius);
   fluid.method = method_from_name(options.method);
-  const Color absorption =
-      options.absorption.value_or(Color{clear_water_absorption.r, clear_water_absorption.g, clear_water_absorption.b});
-  fluid.material = dielectric_material(options.ior, {absorption[0], absorption[1], absorption[2]});
+  fluid.material = water_material(options);
   if (options.container) {
     const auto& c = *options.container;
     fluid.container = Box3d{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}};
@@ -157,9 +155,7 @@ MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, c
       throw Error(fmt::format("{}: by the kinds {} no particle is water", name, options.kinds));
     measured.others.assign(std::make_move_iterator(sets.begin()), std::make_move_iterator(sets.end()));
   }
-  measured.spacing = estimate_spacing(measured.particles);
-  measured.radius = choose_radius(measured.particles, measured.spacing, options.radius, name);
-  drop_particles_without_radius(measured.particles, measured.radius);
+  static_cast<SizedParticles&>(measured) = size_particles(std::move(measured.particles), options.radius, name);
   return measured;
 }
 
@@ -203,6 +199,12 @@ double lowest_layer(const MeasuredParticles& measured, const UpBasis& up) {
   return quantile(layer, 0.5);
 }
 
+MaterialDescription water_material(const RenderOptions& options) {
+  const Color absorption =
+      options.absorption.value_or(Color{clear_water_absorption.r, clear_water_absorption.g, clear_water_absorption.b});
+  return dielectric_material(options.ior, {absorption[0], absorption[1], absorption[2]});
+}
+
 SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptions& options,
                             std::vector<std::string>& notes) {
   SceneDescription scene;
@@ -244,6 +246,8 @@ SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptio
   scene.integrator.samples = options.samples;
   scene.integrator.max_depth = options.max_depth;
   scene.integrator.max_refractions = options.refractions;
+  scene.integrator.straight_shadows = straight_shadows_from_name(options.boundary_nee);
+  scene.integrator.clamp = options.clamp.value_or(scene.integrator.clamp);
   return scene;
 }
 

@@ -12,18 +12,18 @@
 namespace embrun {
 
 /// The particles of a render, measured.
-struct MeasuredParticles {
-  std::string file;       ///< where they are from, or empty
-  ParticleSet particles;  ///< of water
-  SpacingEstimate spacing;
-  RadiusChoice radius;
+struct MeasuredParticles : SizedParticles {  ///< those of water
+  std::string file;                          ///< where they are from, or empty
   /// Particles of other kinds that the same file held; by ParticleKind, or empty.
   std::vector<ParticleSet> others;
 };
 
-/// Tells the kinds apart, estimates the water's spacing, chooses its radius, and leaves out what cannot be rendered. `name` stands for the particles in
-/// messages. Throws Error where no radius can be had, or no particle is water.
+/// Tells the kinds apart and sizes the water (size_particles). `name` stands for the particles in messages. Throws Error
+/// where no radius can be had, the particles lie too far apart, or none is water.
 MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, const std::string& name);
+
+/// The water of the options, clear.
+MaterialDescription water_material(const RenderOptions& options);
 
 /// Bounds of all but a few stray particles, one radius wider.
 Box3d robust_bounds(const MeasuredParticles& particles);
@@ -33,8 +33,8 @@ Box3d robust_bounds(const MeasuredParticles& particles);
 double lowest_layer(const MeasuredParticles& particles, const UpBasis& up);
 
 /// The scene that the options describe: the fluid, its surroundings, the camera. What they leave open is chosen from the
-/// particles. `notes` receives what was put right. Reads the environment, the meshes, and the particles of other fluids and kinds. Throws Error as
-/// check_options does.
+/// particles. `notes` receives what was put right. Reads the environment, the meshes, and the particles of other fluids
+/// and kinds. Throws Error as check_options does.
 SceneDescription make_scene(const MeasuredParticles& particles, const RenderOptions& options,
                             std::vector<std::string>& notes);
 

@@ -61,6 +61,17 @@ ParticleMediumDescription medium_of(const ParticleSet& particles, const Color& e
   return medium;
 }
 
+/// Gives a fluid the medium, if there is one, or the body, if it is opaque.
+void fill_fluid(FluidDescription& fluid, const ParticleSet& particles, const std::optional<Color>& extinction,
+                const Color& albedo, double phase_g, const RenderOptions& options, std::vector<std::string>& notes,
+                const std::string& name) {
+  if (!extinction) return;
+  if (is_opaque(to_rgb(*extinction)))
+    fluid.material = opaque_fluid_material(fluid.material, to_rgb(albedo));
+  else
+    fluid.medium = medium_of(particles, *extinction, albedo, phase_g, options, notes, name);
+}
+
 // ---- other kinds -------------------------------------------------------------------------------------------------
 
 /// Adds one set of particles of a kind.
@@ -102,20 +113,19 @@ void add_fluid(SceneDescription& scene, const FluidOptions& other, const RenderO
   RenderOptions own = options;
   own.kinds.clear();
   const MeasuredParticles measured = measure(read_particles(other.file), own, other.file);
-  check_extent(measured.particles, measured.radius.radius, other.file);
   FluidDescription fluid = scene.fluids.front();
   fluid.positions = measured.particles.positions;
   fluid.radii = measured.radius.radii;
   fluid.file = other.file;
   fluid.surface.radius = static_cast<float>(measured.radius.radius);
   fluid.surface.spacing = measured.spacing.spacing;
+  fluid.material = water_material(options);
   fluid.material.ior = other.ior.value_or(options.ior);
   if (other.absorption) fluid.material.absorption = to_rgb(*other.absorption);
   fluid.material.priority = static_cast<int>(scene.fluids.size()) + 1;
   fluid.medium.reset();
-  if (other.extinction)
-    fluid.medium = medium_of(measured.particles, *other.extinction, other.albedo.value_or(Color{1, 1, 1}),
-                             other.phase_g, options, notes, other.file);
+  fill_fluid(fluid, measured.particles, other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, options,
+             notes, other.file);
   const Box3d more = robust_bounds(measured);
   bounds.low = {std::min(bounds.low.x, more.low.x), std::min(bounds.low.y, more.low.y),
                 std::min(bounds.low.z, more.low.z)};
@@ -160,9 +170,7 @@ void check_kind_options(const RenderOptions& o) {
     fluid.material.ior = other.ior.value_or(o.ior);
     if (other.absorption) fluid.material.absorption = to_rgb(*other.absorption);
     std::vector<std::string> notes;
-    if (other.extinction)
-      fluid.medium =
-          medium_of({}, *other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, o, notes, "");
+    fill_fluid(fluid, {}, other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, o, notes, "");
     scene.fluids.push_back(fluid);
   }
   validate(scene);
@@ -184,8 +192,8 @@ void add_inside(FluidDescription& fluid, const MeasuredParticles& measured, cons
                 std::vector<std::string>& notes) {
   if (!options.extinction && options.color_by.empty()) return;
   const auto dense = static_cast<float>(1 / (4 * measured.radius.radius));
-  fluid.medium = medium_of(measured.particles, options.extinction.value_or(Color{dense, dense, dense}), options.albedo,
-                           options.phase_g, options, notes, "the fluid");
+  fill_fluid(fluid, measured.particles, options.extinction.value_or(Color{dense, dense, dense}), options.albedo,
+             options.phase_g, options, notes, "the fluid");
   if (options.color_by.empty()) return;
   const ColorsByAttribute by =
       color_by_attribute(measured.particles, options.color_by, options.color_map, "colour by " + options.color_by);
@@ -203,8 +211,15 @@ void add_other_particles(SceneDescription& scene, const MeasuredParticles& measu
     if (of_file < measured.others.size() && measured.others[of_file].size() > 0)
       add_set(scene, kind, measured.others[of_file], options, measured.radius.radius, {measured.file, options.kinds},
               notes);
-    for (const std::string& file : kind.files)
-      add_set(scene, kind, read_particles(file), options, measured.radius.radius, {file, ""}, notes);
+    for (const std::string& file : kind.files) {
+      ParticleSet particles;
+      try {
+        particles = read_particles(file);
+      } catch (const NoParticles&) {
+        // There is none of that kind in this frame.
+      }
+      add_set(scene, kind, particles, options, measured.radius.radius, {file, ""}, notes);
+    }
   }
   join_fluids(scene.fluids);
   add_tank(scene, options);

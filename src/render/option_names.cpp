@@ -58,6 +58,10 @@ MediaOverlap overlap_from_name(const std::string& name) {
                             {{"min", MediaOverlap::min}, {"max", MediaOverlap::max}, {"sum", MediaOverlap::sum}});
 }
 
+bool straight_shadows_from_name(const std::string& name) {
+  return pick<bool>("boundary NEE", name, {{"off", false}, {"straight", true}});
+}
+
 FloorKind floor_from_name(const std::string& name) {
   return pick<FloorKind>("floor", name,
                          {{"none", FloorKind::none}, {"plain", FloorKind::plain}, {"checker", FloorKind::checker}});

@@ -23,6 +23,7 @@ PixelFilter filter_from_name(const std::string& name);
 MediaOverlap overlap_from_name(const std::string& name);
 
 enum class FloorKind { none, plain, checker };
+bool straight_shadows_from_name(const std::string& name);  ///< off, straight
 FloorKind floor_from_name(const std::string& name);
 
 /// "auto", "thesis" or a positive number.

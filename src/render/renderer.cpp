@@ -21,6 +21,7 @@
 #include "render/kind_options.h"
 #include "render/option_names.h"
 #include "render/render_loop.h"
+#include "scene/kind_scene.h"
 
 #ifndef EMBRUN_VERSION
 #define EMBRUN_VERSION "unknown"
@@ -108,6 +109,8 @@ SceneFile read_scene(const SceneInput& input) {
   scene.integrator.samples = input.samples.value_or(scene.integrator.samples);
   scene.integrator.max_depth = input.max_depth.value_or(scene.integrator.max_depth);
   scene.integrator.max_refractions = input.refractions.value_or(scene.integrator.max_refractions);
+  if (input.boundary_nee) scene.integrator.straight_shadows = straight_shadows_from_name(*input.boundary_nee);
+  scene.integrator.clamp = input.clamp.value_or(scene.integrator.clamp);
   scene.integrator.seed = input.seed.value_or(scene.integrator.seed);
   if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
   return file;
@@ -136,9 +139,12 @@ void check_options(const RenderOptions& o) {
   filter_from_name(o.filter);
   parse_view(o.view);
   tone_curve_from_name(o.tone);
+  straight_shadows_from_name(o.boundary_nee);
   check_layer_name(o.layer);
   if (o.radius && !(*o.radius > 0 && std::isfinite(*o.radius)))
     throw Error(fmt::format("radius {}: it must be positive", *o.radius));
+  if (o.density_radius && !(*o.density_radius > 0 && std::isfinite(*o.density_radius)))
+    throw Error(fmt::format("density radius {}: it must be positive", *o.density_radius));
   if (o.first_sample < 0) throw Error(fmt::format("first sample {}: it must not be negative", o.first_sample));
   if (o.threads < 0) throw Error(fmt::format("{} threads: give 1 or more, or 0 for all", o.threads));
   if (o.fov && !(*o.fov > 0 && *o.fov < 180))
@@ -151,6 +157,8 @@ void check_options(const RenderOptions& o) {
   if (o.sun && o.environment != "sky")
     throw Error(fmt::format("a sun in environment \"{}\": only the sky has one", o.environment));
   if (o.camera_to && !o.camera_from) throw Error("a camera target without a place: give where the camera is, too");
+  if (o.extinction && is_opaque({(*o.extinction)[0], (*o.extinction)[1], (*o.extinction)[2]}) && !o.color_by.empty())
+    throw Error("infinite extinction: what is opaque has one albedo, which an attribute cannot colour");
   // Everything else is checked as part of a scene: here, of one with a particle.
   MeasuredParticles one;
   one.particles.positions = {{0, 0, 0}};
@@ -268,7 +276,6 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
   report.dropped = particles.dropped_non_finite;
   const std::size_t read = particles.size();
   const MeasuredParticles measured = measure(std::move(particles), options, name);
-  check_extent(measured.particles, measured.radius.radius, name);
   report.dropped += read - measured.particles.size();
   report.notes = measured.particles.notes;
   if (measured.particles.dropped_non_finite > 0)

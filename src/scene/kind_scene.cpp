@@ -1,5 +1,7 @@
 #include "scene/kind_scene.h"
 
+#include <cmath>
+
 #include "base/error.h"
 
 namespace embrun {
@@ -54,12 +56,30 @@ MaterialDescription default_material(ParticleKind kind, const MaterialDescriptio
   return kind == ParticleKind::sand ? diffuse_material(sand_brown) : fluid;
 }
 
+bool is_opaque(Rgb extinction) {
+  return std::isinf(extinction.r) && std::isinf(extinction.g) && std::isinf(extinction.b) && extinction.r > 0 &&
+         extinction.g > 0 && extinction.b > 0;
+}
+
+MaterialDescription opaque_fluid_material(const MaterialDescription& fluid, Rgb albedo) {
+  MaterialDescription material = diffuse_material(albedo);
+  if (fluid.ior == 1) return material;
+  material.kind = BsdfKind::plastic;
+  material.ior = fluid.ior;
+  material.specular_reflectance = fluid.specular_reflectance;
+  return material;
+}
+
 void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector<Vec3d>& positions,
                    const KindLook& look, const MaterialDescription& fluid, const ParticleSource& source) {
   EMBRUN_CHECK(kind != ParticleKind::water);
   if (positions.empty()) return;
   switch (kind) {
     case ParticleKind::foam: {
+      if (is_opaque(look.extinction)) {
+        scene.balls.push_back(balls_of(positions, look, diffuse_material(look.color)));
+        break;
+      }
       VolumeDescription volume;
       volume.positions = positions;
       volume.radii = look.radii;

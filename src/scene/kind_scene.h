@@ -24,7 +24,7 @@ struct KindLook {
   double radius = 0;         ///< metres, > 0: of all, or of the median particle where `radii` differ
   std::vector<float> radii;  ///< one per particle, or empty
   Rgb color;                 ///< reflectance of sand, albedo of foam
-  Rgb extinction;            ///< of foam, per metre
+  Rgb extinction;            ///< of foam, per metre; infinite: it is balls that reflect `color`
 };
 
 /// Defaults for balls of `radius` metres: foam three mean free paths thick through its middle, and white.
@@ -32,6 +32,11 @@ KindLook default_look(ParticleKind kind, double radius);
 
 /// What balls of a kind (bubble, spray, sand) are made of in a scene whose water is `fluid`.
 MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid);
+
+/// Of infinite extinction in all channels: what is so dense is no medium but an opaque surface.
+bool is_opaque(Rgb extinction);
+/// What an opaque body of a fluid is made of: its colour, under the reflecting surface of the fluid.
+MaterialDescription opaque_fluid_material(const MaterialDescription& fluid, Rgb albedo);
 
 /// Where particles are from: a file, and how they were told from its others. Empty: from nowhere.
 struct ParticleSource {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -182,6 +183,96 @@ TEST_F(Cli, TakesOtherFluidsAndKindsOfParticle) {
   EXPECT_EQ(run("render one.xyz -q -o x.png --radius 0.1" + small).exit_code, 0);
 }
 
+/// Mean of a picture's first channel.
+double mean_of(const fs::path& picture) {
+  const Image image = read_image(picture);
+  double sum = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); i += static_cast<std::size_t>(image.channels))
+    sum += static_cast<double>(image.pixels[i]);
+  return sum / static_cast<double>(image.pixel_count());
+}
+
+// Extremes of the medium, whose pictures are known: one particle of radius 0.5, without refraction, before white, along a
+// chord of length 0.8. The same numbers in a scene file.
+TEST_F(Cli, ExtremeMediaLookAsTheyMust) {
+  std::ofstream(folder / "one.xyz") << "0 0 0\n";
+  std::ofstream(folder / "same.xyz") << "0 0 0\n0 0 0\n0 0 0\n";
+  const std::string view =
+      " -q -o x.pfm --size 4x4 --spp 2048 --order 2 --radius 0.5 --ior 1 --absorption 0,0,0 --env white --floor none "
+      "--camera-from=-3,0.3,0 --camera-to 3,0.3,0 --fov 0.01 ";
+  struct Extreme {
+    const char *file, *medium, *elements;
+    double expected;
+  };
+  const double beer = std::exp(-0.8 * 1.5);
+  const Extreme extremes[] = {
+      {"one.xyz", "--extinction 1.5 --albedo 0",
+       "<rgb name=\"extinction\" value=\"1.5\"/><rgb name=\"albedo\" value=\"0\"/>", beer},
+      {"same.xyz", "--extinction 1.5 --albedo 0 --density-radius 0.5",
+       "<rgb name=\"extinction\" value=\"1.5\"/><rgb name=\"albedo\" value=\"0\"/>", beer},
+      {"one.xyz", "--extinction 0 --albedo 0.5",
+       "<rgb name=\"extinction\" value=\"0\"/><rgb name=\"albedo\" value=\"0.5\"/>", 1},
+      {"one.xyz", "--extinction inf --albedo 0.25",
+       "<rgb name=\"extinction\" value=\"inf\"/><rgb name=\"albedo\" value=\"0.25\"/>", 0.25},
+      {"one.xyz", "--extinction 20 --phase-g 0.999",
+       "<rgb name=\"extinction\" value=\"20\"/><phase type=\"hg\"><float name=\"g\" value=\"0.999\"/></phase>", 1},
+      {"one.xyz", "--extinction 20 --phase-g=-0.999",
+       "<rgb name=\"extinction\" value=\"20\"/><phase type=\"hg\"><float name=\"g\" value=\"-0.999\"/></phase>", 1},
+  };
+  for (const Extreme& e : extremes) {
+    const Outcome by_flags = run("render " + std::string(e.file) + view + e.medium);
+    ASSERT_EQ(by_flags.exit_code, 0) << e.medium << by_flags.err;
+    EXPECT_NEAR(mean_of(folder / "x.pfm"), e.expected, 0.012) << e.medium;
+    std::ofstream(folder / "scene.xml")
+        << "<scene version=\"3.0.0\"><integrator type=\"volpath\"/><sensor type=\"perspective\"><float name=\"fov\" "
+           "value=\"0.01\"/><transform name=\"to_world\"><lookat origin=\"-3,0.3,0\" target=\"3,0.3,0\" "
+           "up=\"0,1,0\"/></transform></sensor><emitter type=\"constant\"/>\n<shape type=\"particles\"><string "
+           "name=\"filename\" value=\""
+        << e.file
+        << "\"/><float name=\"radius\" value=\"0.5\"/><integer name=\"order\" value=\"2\"/><bsdf "
+           "type=\"dielectric\"><float name=\"int_ior\" value=\"1\"/><float name=\"ext_ior\" value=\"1\"/></bsdf>"
+        << e.elements << "</shape></scene>\n";
+    const Outcome by_file = run("render scene.xml -q -o y.pfm --size 4x4 --spp 2048");
+    ASSERT_EQ(by_file.exit_code, 0) << e.elements << by_file.err;
+    EXPECT_NEAR(mean_of(folder / "y.pfm"), e.expected, 0.012) << e.elements;
+  }
+}
+
+// A solver writes empty files, and files without some kinds; a frame of those renders.
+TEST_F(Cli, AFrameMayHoldNoneOfAKind) {
+  std::ofstream(folder / "none.csv") << "x,y,z\n";
+  for (const char* kind : {"--foam", "--bubbles", "--sand", "--spray"}) {
+    const Outcome outcome = run("render water.xyz -o x.pfm " + std::string(kind) + " none.csv" + small);
+    EXPECT_EQ(outcome.exit_code, 0) << kind << outcome.err;
+    EXPECT_NE(outcome.out.find("none.csv: no "), std::string::npos) << outcome.out;
+  }
+  std::ofstream(folder / "scene.xml")
+      << "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"particles\"><string name=\"filename\" "
+         "value=\"none.csv\"/><string name=\"kind\" value=\"foam\"/></shape></scene>\n";
+  const Outcome outcome = run("render scene.xml -o x.pfm --size 8x8 --spp 1");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("there are no particles"), std::string::npos) << outcome.out;
+  expect_refused("render none.csv -o x.png", 1, "none.csv: line 1: the file holds no particles");
+  expect_refused("render water.xyz --fluid none.csv -o x.png", 1, "none.csv: line 1: the file holds no particles");
+}
+
+TEST_F(Cli, ShadowRaysAndTheClampAreAskedFor) {
+  // A floor under water, lit by a small sun, which only straight shadow rays find.
+  const std::string scene = "render water.xyz -q --sun 0.53 --max-depth 3 --size 16x12 --spp 16 --order 2 ";
+  ASSERT_EQ(run(scene + "-o off.pfm").exit_code, 0);
+  ASSERT_EQ(run(scene + "-o straight.pfm --boundary-nee straight").exit_code, 0);
+  EXPECT_NE(content_of(folder / "off.pfm"), content_of(folder / "straight.pfm"));
+  ASSERT_EQ(run(scene + "-o dark.pfm --clamp 0.001").exit_code, 0);
+  EXPECT_LT(mean_of(folder / "dark.pfm"), 0.9 * mean_of(folder / "off.pfm"));
+  // A scene file says the same, and the flags overrule it.
+  ASSERT_EQ(run(scene + "--boundary-nee straight --clamp 2 --write-scene scene.xml").exit_code, 0);
+  const std::string text = content_of(folder / "scene.xml");
+  EXPECT_NE(text.find("<boolean name=\"straight_shadows\" value=\"true\"/>"), std::string::npos) << text;
+  EXPECT_NE(text.find("<float name=\"clamp\" value=\"2\"/>"), std::string::npos) << text;
+  ASSERT_EQ(run("render scene.xml -q -o plain.pfm --boundary-nee off --clamp off").exit_code, 0);
+  EXPECT_EQ(content_of(folder / "plain.pfm"), content_of(folder / "off.pfm"));
+}
+
 // What was chosen for other particles is said.
 TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
   std::ofstream(folder / "few.xyz") << "0.1 0.2 0.1\n0.3 0.5 0.3\n";
@@ -252,6 +343,13 @@ TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz -o x.png --extinction=-1", 2, "extinction");
   expect_refused("render water.xyz -o x.png --extinction 1 --albedo 1.5", 2, "albedo");
   expect_refused("render water.xyz -o x.png --extinction 1 --phase-g 1", 2, "g = 1");
+  expect_refused("render water.xyz -o x.png --extinction inf,0,0", 2, "is not 3 finite numbers");
+  expect_refused("render water.xyz -o x.png --extinction inf --color-by density", 2, "one albedo");
+  expect_refused("render water.xyz -o x.png --density-radius 0", 2, "density radius 0");
+  expect_refused("render water.xyz -o x.png --radius 0", 2, "radius 0");
+  expect_refused("render water.xyz -o x.png --boundary-nee on", 2, "off, straight");
+  expect_refused("render water.xyz -o x.png --clamp 0", 2, "clamp at 0");
+  expect_refused("render water.xyz -o x.png --clamp much", 2, "--clamp");
   expect_refused("render water.xyz -o x.png --overlap add", 2, "min, max, sum");
   expect_refused("render water.xyz -o x.png --color-map red", 2, "spectrum, heat, grey");
   expect_refused("render water.xyz -o x.png --kinds type", 2, "kinds \"type\"");
@@ -316,13 +414,39 @@ TEST_F(Cli, HelpTeaches) {
   EXPECT_NE(outcome.out.find("Exit codes"), std::string::npos);
   outcome = run("render --help");
   EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* option :
-       {"--output",        "--size",        "--crop",      "--spp",         "--seed",      "--threads",
-        "--max-depth",     "--camera-from", "--camera-to", "--fov",         "--view",      "--radius",
-        "--order",         "--kernel",      "--threshold", "--recover",     "--normal",    "--method",
-        "--ior",           "--absorption",  "--env",       "--floor",       "--container", "--up",
-        "--layer",         "--denoise",     "--json",      "--refractions", "Examples:",   "Exit codes:",
-        "goes straight on"})
+  for (const char* option : {"--output",
+                             "--size",
+                             "--crop",
+                             "--spp",
+                             "--seed",
+                             "--threads",
+                             "--max-depth",
+                             "--camera-from",
+                             "--camera-to",
+                             "--fov",
+                             "--view",
+                             "--radius",
+                             "--order",
+                             "--kernel",
+                             "--threshold",
+                             "--recover",
+                             "--normal",
+                             "--method",
+                             "--ior",
+                             "--absorption",
+                             "--env",
+                             "--floor",
+                             "--container",
+                             "--up",
+                             "--layer",
+                             "--denoise",
+                             "--json",
+                             "--refractions",
+                             "Examples:",
+                             "Exit codes:",
+                             "goes straight on",
+                             "--boundary-nee",
+                             "--clamp"})
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   outcome = run("--version");
   EXPECT_EQ(outcome.exit_code, 0);

@@ -262,11 +262,13 @@ TEST(SceneMaterials, NamedMetals) {
       r[c] = (square(m.eta[c] - 1) + square(m.k[c])) / (square(m.eta[c] + 1) + square(m.k[c]));
     return r;
   };
-  // Gold, silver, copper, aluminium as tables of reflectances have them.
-  expect_near(reflectance("Au"), {0.97f, 0.80f, 0.36f}, 0.05f);
-  expect_near(reflectance("Ag"), {0.97f, 0.96f, 0.92f}, 0.04f);
-  expect_near(reflectance("Cu"), {0.95f, 0.64f, 0.54f}, 0.05f);
-  expect_near(reflectance("Al"), {0.91f, 0.92f, 0.92f}, 0.02f);
+  // Published reflectances in linear sRGB: the Metal Reflectance node of Unity's Shader Graph; brass by physicallybased.info.
+  expect_near(reflectance("Ag"), {0.972f, 0.960f, 0.915f}, 0.01f);
+  expect_near(reflectance("Al"), {0.913f, 0.921f, 0.925f}, 0.01f);
+  expect_near(reflectance("Cu"), {0.955f, 0.637f, 0.538f}, 0.015f);
+  expect_near(reflectance("CuZn"), {0.910f, 0.778f, 0.423f}, 0.02f);
+  // Gold's index changes steeply within the green, and the index of the mean is not that of the mean reflectance.
+  expect_near(reflectance("Au"), {1.000f, 0.766f, 0.336f}, 0.04f);
   EXPECT_EQ(reflectance("none"), grey(1));
   EXPECT_NE(error_of("<bsdf type=\"conductor\"><string name=\"material\" value=\"Unobtainium\"/></bsdf>")
                 .find("there are none, Ag, Al, Au, Cu, CuZn"),
@@ -602,6 +604,36 @@ TEST(SceneParticles, OfOtherKinds) {
   EXPECT_THROW(kind("steam"), Error);
 }
 
+// What is infinitely dense is a surface: of foam its balls, of water its own.
+TEST(SceneParticles, OfInfiniteExtinctionAreOpaque) {
+  const std::string radius = "<float name=\"radius\" value=\"0.25\"/>",
+                    opaque = "<rgb name=\"extinction\" value=\"inf\"/>",
+                    red = "<rgb name=\"albedo\" value=\"0.9,0.1,0.2\"/>";
+  const SceneDescription water = particles_with(radius + opaque + red);
+  ASSERT_EQ(water.fluids.size(), 1u);
+  EXPECT_FALSE(water.fluids[0].medium);
+  EXPECT_EQ(water.fluids[0].material.kind, BsdfKind::plastic);
+  EXPECT_EQ(water.fluids[0].material.ior, 1.33);
+  EXPECT_EQ(water.fluids[0].material.reflectance.first, (Rgb{0.9f, 0.1f, 0.2f}));
+  const SceneDescription foam = particles_with(radius + opaque + red + "<string name=\"kind\" value=\"foam\"/>");
+  EXPECT_TRUE(foam.volumes.empty());
+  ASSERT_EQ(foam.balls.size(), 1u);
+  EXPECT_EQ(foam.balls[0].balls.size(), 3u);
+  EXPECT_EQ(foam.balls[0].material, diffuse_material({0.9f, 0.1f, 0.2f}));
+  for (const auto& [properties, message] :
+       {std::pair{radius + opaque + "<string name=\"albedo\" value=\"density\"/>", "one albedo"},
+        std::pair{radius + "<rgb name=\"extinction\" value=\"inf,0,0\"/>", "no finite number"},
+        std::pair{radius + "<rgb name=\"extinction\" value=\"-1\"/>", "extinction"},
+        std::pair{std::string("<float name=\"radius\" value=\"0\"/>"), "'radius' is 0: it has to be positive"}}) {
+    try {
+      validate(particles_with(properties));
+      ADD_FAILURE() << properties;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+}
+
 // The density of the three particles, 1, 2 and 3, tells their kinds.
 TEST(SceneParticles, OfSeveralKindsInOneFile) {
   const auto taken = [](const std::string& kind, const std::string& kinds) {
@@ -614,9 +646,12 @@ TEST(SceneParticles, OfSeveralKindsInOneFile) {
   EXPECT_EQ(foam.volumes[0].kinds, kinds);
   EXPECT_EQ(taken("sand", kinds).balls[0].balls.size(), 1u);
   EXPECT_EQ(taken("water", kinds).fluids[0].positions.size(), 1u);
+  // A frame may hold none of a kind, but there has to be water.
+  EXPECT_TRUE(taken("spray", kinds).balls.empty());
+  EXPECT_TRUE(taken("foam", "density:2=sand").volumes.empty());
   for (const auto& [kind, mapping, message] :
-       {std::tuple{"spray", kinds.c_str(), "no particle is spray"}, std::tuple{"foam", "type:1=foam", "\"type\""},
-        std::tuple{"foam", "density", "give an attribute"}}) {
+       {std::tuple{"water", "density:1=sand,2=sand,3=sand", "no particle is water"},
+        std::tuple{"foam", "type:1=foam", "\"type\""}, std::tuple{"foam", "density", "give an attribute"}}) {
     try {
       taken(kind, mapping);
       ADD_FAILURE() << mapping;

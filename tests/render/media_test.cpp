@@ -7,6 +7,7 @@
 
 #include "math/black_body.h"
 #include "render/transport.h"
+#include "scene/kind_scene.h"
 
 namespace embrun {
 namespace {
@@ -70,6 +71,12 @@ const Furnace furnaces[] = {
      [] {
        SceneDescription scene = view(600);
        scene.volumes.push_back(cloud(milk({0.5f, 4, 15}, grey(1), hg(0.999f))));
+       return scene;
+     }},
+    {"backward_cloud",
+     [] {
+       SceneDescription scene = view(600);
+       scene.volumes.push_back(cloud(milk(grey(8), grey(1), hg(-0.999f))));
        return scene;
      }},
     {"smooth_cloud",
@@ -259,6 +266,86 @@ TEST(AbsorbingSlab, ShowsTheSeriesOfItsReflections) {
       EXPECT_LT(m.standard_error, 0.003);
     }
   }
+}
+
+// ---- extremes ----------------------------------------------------------------------------------------------------
+
+/// Along a chord of the ball of radius 0.5 round the origin, 0.8 long.
+SceneDescription along_chord(int samples = 20000) { return scene_seen({-3, 0.3, 0}, {3, 0.3, 0}, pencil, 2, samples); }
+
+VolumeDescription black_balls(int count) {
+  VolumeDescription volume;
+  volume.positions.assign(static_cast<std::size_t>(count), Vec3d{});
+  volume.radius = 0.5;
+  volume.medium = milk({0.5f, 1, 2}, {});
+  return volume;
+}
+
+// Without scattering light is left by Beer's law. Where particles coincide they count as one; a fluid of one particle is a
+// ball of its radius.
+TEST(Extremes, OneParticleTransmitsByItsChord) {
+  SceneDescription one = along_chord(), many = one, fluid = one;
+  one.volumes.push_back(black_balls(1));
+  many.volumes.push_back(black_balls(50));
+  FluidDescription drop;
+  drop.positions = {{0, 0, 0}};
+  drop.surface.radius = 0.5f;
+  drop.material = dielectric_material(1);
+  drop.medium = black_balls(1).medium;
+  fluid.fluids.push_back(drop);
+  for (const SceneDescription& scene : {one, many, fluid})
+    for (int channel = 0; channel < 3; ++channel) {
+      const Measured m = render_and_measure(scene, LightStrategy::mis, channel);
+      EXPECT_NEAR(m.mean, std::exp(-0.8 * static_cast<double>(drop.medium->extinction[channel])),
+                  4 * m.standard_error + 5e-4);
+      EXPECT_LT(m.standard_error, 0.01);
+      EXPECT_EQ(m.counters.contradictions, 0u);
+    }
+}
+
+TEST(Extremes, WithoutExtinctionNothingIsThere) {
+  SceneDescription scene = view(20);
+  scene.volumes.push_back(cloud(milk({}, grey(0.5f))));
+  FluidDescription fluid = lattice_fluid({-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6}, 0.12);
+  fluid.material = dielectric_material(1);
+  fluid.medium = milk({}, {});
+  scene.fluids.push_back(fluid);
+  const Measured m = render_and_measure(scene);
+  EXPECT_EQ(m.counters.collisions, 0u);
+  EXPECT_NEAR(m.least, 1, 1e-6);
+  EXPECT_NEAR(m.greatest, 1, 1e-6);
+}
+
+/// Water seen from straight above, with a flat surface.
+SceneDescription bowl(const MaterialDescription& material, std::optional<ParticleMediumDescription> medium) {
+  SceneDescription scene = scene_seen({0, 3, 0}, {0, 0, 0}, pencil, 2, 20000);
+  FluidDescription fluid = lattice_fluid({-0.6, -0.6, -0.6}, {0.6, 0.6, 0.6}, 0.1);
+  fluid.container = Box3d{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
+  fluid.wets_container = false;
+  fluid.material = material;
+  fluid.medium = std::move(medium);
+  scene.fluids.push_back(fluid);
+  return scene;
+}
+
+// What is infinitely dense is a surface under the water's own, and that the limit of what is very dense: black shows
+// Fresnel's reflection alone, 2 % at a right angle; white loses nothing.
+TEST(Extremes, WhatIsInfinitelyDenseIsASurface) {
+  const MaterialDescription water = dielectric_material(1.33);
+  ParticleMediumDescription ink = milk(grey(1e6f), {});
+  ink.density_radius = 0.09;
+  const double reflected = std::pow(0.33 / 2.33, 2);
+  for (const SceneDescription& black : {bowl(opaque_fluid_material(water, {}), std::nullopt), bowl(water, ink)}) {
+    const Measured m = render_and_measure(black);
+    EXPECT_NEAR(m.mean, reflected, 4 * m.standard_error + 1e-5);
+    EXPECT_LT(m.standard_error, 0.002);
+  }
+  const Measured white = render_and_measure(bowl(opaque_fluid_material(water, grey(1)), std::nullopt));
+  EXPECT_NEAR(white.mean, 1, 4 * white.standard_error + 2e-3);
+  // Without a surface of its own it is just that colour.
+  const Measured matt =
+      render_and_measure(bowl(opaque_fluid_material(dielectric_material(1), grey(0.3f)), std::nullopt));
+  EXPECT_NEAR(matt.mean, 0.3, 4 * matt.standard_error + 1e-5);
 }
 
 // ---- emission ----------------------------------------------------------------------------------------------------

@@ -60,6 +60,7 @@ const Attribute* attribute(SceneObject& shape, const ParticleSet& particles, std
   const std::optional<std::string> name = shape.text(property);
   if (!name) return nullptr;
   source = *name;
+  if (particles.size() == 0) return nullptr;
   const Attribute* found = particles.find(*name);
   if (found == nullptr) {
     std::string known;
@@ -103,6 +104,12 @@ void read_color_or_attribute(SceneObject& shape, const ParticleSet& particles, s
     color = *shape.color(name);
 }
 
+/// True when a colour is given as inf.
+bool is_infinite(SceneObject& shape, std::string_view name) {
+  const XmlElement* property = shape.has(name) ? shape.property(name) : nullptr;
+  return property != nullptr && property->tag != "string" && trimmed(property->get("value")) == "inf";
+}
+
 /// What the particles do to light, if anything is said of it.
 std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, SceneObject& shape,
                                                      const ParticleSet& particles) {
@@ -111,7 +118,10 @@ std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, Scen
   if (!said) return std::nullopt;
   ParticleMediumDescription medium;
   ParticleMediumSources& sources = medium.sources;
-  read_color_or_attribute(shape, particles, "extinction", medium.extinction, medium.extinctions, sources.extinction);
+  if (is_infinite(shape, "extinction"))
+    medium.extinction = grey(infinity);
+  else
+    read_color_or_attribute(shape, particles, "extinction", medium.extinction, medium.extinctions, sources.extinction);
   read_color_or_attribute(shape, particles, "albedo", medium.albedo, medium.albedos, sources.albedo);
   medium.densities = numbers_of(attribute(shape, particles, "density", 1, sources.density));
   medium.emission = colors_of(attribute(shape, particles, "emission", 3, sources.emission));
@@ -122,16 +132,16 @@ std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, Scen
   medium.model = choice<DensityModel>(shape, "density_model", medium.model,
                                       {{"balls", DensityModel::balls}, {"smooth", DensityModel::smooth}});
   medium.phase = take_phase(reading, shape);
+  if (is_opaque(medium.extinction) &&
+      !(medium.albedos.empty() && medium.emission.empty() && medium.temperatures.empty()))
+    shape.fail("'extinction' is inf: what is opaque has one albedo, and does not glow");
   return medium;
 }
 
-/// The particles of the file that the shape names, with a radius.
-struct SizedParticles {
+/// The particles of the file that the shape names.
+struct ShapeParticles : SizedParticles {
   std::string file, kinds;
   std::vector<std::string> more_files;
-  ParticleSet particles;
-  double spacing = 0;
-  RadiusChoice radius;
 };
 
 /// The files that the shape names, at least one.
@@ -151,42 +161,59 @@ std::vector<std::string> paths_of(const SceneReading& reading, SceneObject& shap
   return paths;
 }
 
-/// Only those of the kind, if the shape says how to tell it.
-SizedParticles read_sized(SceneReading& reading, SceneObject& shape, ParticleKind kind) {
-  SizedParticles read;
+/// A file's particles, which may be none.
+ParticleSet read_if_any(SceneReading& reading, const std::string& path) {
+  try {
+    return read_particles_from_memory(reading.read_bytes(path), path);
+  } catch (const NoParticles&) {
+    return {};
+  }
+}
+
+/// Only those of the kind, if the shape says how to tell it. There may be none, but of water.
+ShapeParticles read_shape_particles(SceneReading& reading, SceneObject& shape, ParticleKind kind) {
+  ShapeParticles read;
   const std::vector<std::string> paths = paths_of(reading, shape);
   read.file = paths.front();
-  read.particles = read_particles_from_memory(reading.read_bytes(read.file), read.file);
+  read.particles = read_if_any(reading, read.file);
   for (std::size_t i = 1; i < paths.size(); ++i) {
-    append_particles(read.particles, read_particles_from_memory(reading.read_bytes(paths[i]), paths[i]));
+    const ParticleSet more = read_if_any(reading, paths[i]);
+    if (read.particles.size() == 0)
+      read.particles = more;
+    else if (more.size() > 0)
+      append_particles(read.particles, more);
     read.more_files.push_back(paths[i]);
   }
   read.kinds = shape.text("kinds").value_or("");
-  if (!read.kinds.empty()) {
+  if (!read.kinds.empty() && read.particles.size() > 0) {
     try {
       auto sets = split_by_kind(read.particles, kind_mapping_from_text(read.kinds), read.file);
       read.particles = std::move(sets[static_cast<std::size_t>(kind)]);
     } catch (const Error& error) {
       shape.fail(error.what());
     }
-    if (read.particles.size() == 0) shape.fail(fmt::format("no particle is {} by 'kinds'", to_string(kind)));
   }
-  const SpacingEstimate spacing = estimate_spacing(read.particles);
-  read.spacing = spacing.spacing;
-  read.radius = choose_radius(read.particles, spacing, shape.number("radius"), read.file);
-  drop_particles_without_radius(read.particles, read.radius);
-  check_extent(read.particles, read.radius.radius, read.file);
+  const std::optional<double> radius = shape.number("radius");
+  if (radius && !(*radius > 0)) shape.fail(fmt::format("'radius' is {}: it has to be positive", *radius));
+  if (read.particles.size() == 0) {
+    const std::string none = read.kinds.empty() ? fmt::format("{}: there are no particles", read.file)
+                                                : fmt::format("no particle is {} by 'kinds'", to_string(kind));
+    if (kind == ParticleKind::water) shape.fail(none);
+    shape.warn(none);
+    return read;
+  }
+  static_cast<SizedParticles&>(read) = size_particles(std::move(read.particles), radius, read.file);
   for (const std::string& note : read.particles.notes) shape.warn(note);
   return read;
 }
 
-void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
+void add_fluid(SceneReading& reading, SceneObject& shape, ShapeParticles& read, const Placement& outer) {
   FluidDescription fluid;
   fluid.file = read.file;
   fluid.more_files = read.more_files;
   fluid.kinds = read.kinds;
   read_surface(shape, fluid.surface);
-  fluid.surface.spacing = read.spacing;
+  fluid.surface.spacing = read.spacing.spacing;
   fluid.surface.radius = static_cast<float>(read.radius.radius);
   fluid.method = choice<SurfaceMethod>(shape, "method", fluid.method,
                                        {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
@@ -199,38 +226,53 @@ void add_fluid(SceneReading& reading, SceneObject& shape, SizedParticles& read, 
   fluid.material = take_material(reading, shape, dielectric_material(1.33));
   fluid.medium = read_medium(reading, shape, read.particles);
   shape.finish();
+  if (fluid.medium && is_opaque(fluid.medium->extinction)) {
+    if (!has_inside(fluid.material)) shape.fail("'extinction': no light gets through its surface");
+    fluid.material = opaque_fluid_material(fluid.material, fluid.medium->albedo);
+    fluid.medium.reset();
+  }
   fluid.positions = std::move(read.particles.positions);
   fluid.radii = std::move(read.radius.radii);
   reading.result.scene.fluids.push_back(std::move(fluid));
 }
 
+BallsDescription balls_of(const ShapeParticles& read, const MaterialDescription& material) {
+  BallsDescription set;
+  set.material = material;
+  for (std::size_t i = 0; i < read.particles.size(); ++i)
+    set.balls.push_back({read.particles.positions[i],
+                         read.radius.radii.empty() ? read.radius.radius : static_cast<double>(read.radius.radii[i])});
+  return set;
+}
+
 /// Foam: a volume without a surface.
-void add_volume(SceneReading& reading, SceneObject& shape, SizedParticles& read, const Placement& outer) {
+void add_volume(SceneReading& reading, SceneObject& shape, ShapeParticles& read, const Placement& outer) {
   if (!(outer == Placement{})) shape.fail("foam cannot be part of a shapegroup");
   VolumeDescription volume;
   volume.file = read.file;
   volume.more_files = read.more_files;
   volume.kinds = read.kinds;
   volume.radius = static_cast<double>(static_cast<float>(read.radius.radius));
-  volume.medium.extinction = default_look(ParticleKind::foam, volume.radius).extinction;
+  if (read.particles.size() > 0) volume.medium.extinction = default_look(ParticleKind::foam, volume.radius).extinction;
   volume.medium = read_medium(reading, shape, read.particles).value_or(volume.medium);
   shape.finish();
+  if (read.particles.size() == 0) return;
+  if (is_opaque(volume.medium.extinction)) {
+    reading.result.scene.balls.push_back(balls_of(read, diffuse_material(volume.medium.albedo)));
+    return;
+  }
   volume.positions = std::move(read.particles.positions);
   volume.radii = std::move(read.radius.radii);
   reading.result.scene.volumes.push_back(std::move(volume));
 }
 
 /// Bubbles, sand, spray: balls on their own.
-void add_balls(SceneReading& reading, SceneObject& shape, const SizedParticles& read, const Placement& outer,
+void add_balls(SceneReading& reading, SceneObject& shape, const ShapeParticles& read, const Placement& outer,
                const MaterialDescription& material) {
   if (!(outer == Placement{})) shape.fail("discrete particles cannot be part of a shapegroup");
-  BallsDescription set;
-  set.material = take_material(reading, shape, material);
+  BallsDescription set = balls_of(read, take_material(reading, shape, material));
   shape.finish();
-  for (std::size_t i = 0; i < read.particles.size(); ++i)
-    set.balls.push_back({read.particles.positions[i],
-                         read.radius.radii.empty() ? read.radius.radius : static_cast<double>(read.radius.radii[i])});
-  reading.result.scene.balls.push_back(std::move(set));
+  if (!set.balls.empty()) reading.result.scene.balls.push_back(std::move(set));
 }
 
 }  // namespace
@@ -242,7 +284,7 @@ void read_particles_shape(SceneReading& reading, SceneObject& shape, const Place
                                                   {"bubble", ParticleKind::bubble},
                                                   {"sand", ParticleKind::sand},
                                                   {"spray", ParticleKind::spray}});
-  SizedParticles read = read_sized(reading, shape, kind);
+  ShapeParticles read = read_shape_particles(reading, shape, kind);
   switch (kind) {
     case ParticleKind::foam: add_volume(reading, shape, read, outer); break;
     case ParticleKind::water: add_fluid(reading, shape, read, outer); break;
