@@ -353,6 +353,9 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
     std::fputs(to_text(report).c_str(), stdout);
     if (!report.pinning_flags.empty()) fmt::print("  pin with   {}\n", report.pinning_flags);
   }
+  if (report.majorants_exceeded > 0)
+    fmt::print(stderr, "embrun: {} extinctions were above their bound: the picture is wrong; please report it\n",
+               report.majorants_exceeded);
   if (report.cancelled) {
     if (report.samples_done > 0)
       fmt::print(stderr, "embrun: interrupted: {} holds what there is, {:.1f} of {} samples per pixel\n", a.output,

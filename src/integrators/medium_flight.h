@@ -17,7 +17,8 @@ struct MediumCollision {
   float t = 0;
   PhaseFunction phase;
   Rgb albedo{1, 1, 1};
-  Rgb emission;  ///< radiance that the collision brings
+  Rgb emission;       ///< radiance that the collision brings
+  float way_end = 0;  ///< PathFlight::way_end
 };
 
 /// Mask of the fluids whose particles count where the media are these.
@@ -51,6 +52,7 @@ EMBRUN_LOCAL_FN Flight fly_in_grid(const GridMedium& grid, const PathState& path
 /// A particle that is met before undoes the others.
 struct PathFlight {
   FlightQuery query;
+  float way_end = 0;       ///< where the way through the medium ends: at a boundary or a lamp, or never
   Rgb shares;              ///< chances of the channels
   bool scattered = false;  ///< in a medium that is the same everywhere
   Flight in_grid;          ///< in one that is given on a grid
@@ -63,6 +65,7 @@ EMBRUN_LOCAL_FN PathFlight begin_flight(const PathScene& scene, const PathState&
   const Medium& medium = scene.media[path.media.current()];
   const SamplerKind kind = scene.settings.sampler;
   PathFlight flight;
+  flight.way_end = t;
   FlightQuery& query = flight.query;
   // Flights beyond the first of one event are drawn from a stream of their own.
   query.random = RandomStream(path.key, Dimension::tracking, path.passed);
@@ -101,16 +104,17 @@ EMBRUN_LOCAL_FN bool end_flight(const PathScene& scene, PathState& path, const P
   Rgb grid_ratio = flight.in_grid.ratio;
   if (met.collided) {
     end = met.t;
-    collision = {end, scene.density.fluids[met.local.fluid].phase, met.local.albedo, met.local.emission};
+    collision = {end, scene.density.fluids[met.local.fluid].phase, met.local.albedo, met.local.emission,
+                 flight.way_end};
     // The flight through the grid counts up to here only.
     std::uint64_t counted = 0;
     if (medium.grid >= 0)
       grid_ratio = fly_in_grid(scene.grids[medium.grid], path, end, channel, flight.grid_u, counted).ratio;
   } else if (flight.in_grid.collided) {
-    collision = {end, scene.grids[medium.grid].phase, flight.in_grid.local.albedo, {}};
+    collision = {end, scene.grids[medium.grid].phase, flight.in_grid.local.albedo, {}, flight.way_end};
   } else if (flight.scattered) {
     ratio *= medium.scattering * (1.0f / medium.scattering[channel]);
-    collision = {end, medium.phase, grey(1.0f), {}};
+    collision = {end, medium.phase, grey(1.0f), {}, flight.way_end};
   }
   ratio *= grid_ratio;
   if (!is_black(medium.scattering) && end < infinity)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "integrators/equiangular.h"
 #include "integrators/path_stages.h"
 
 // The stages of path_stages.h for what happens between boundaries.
@@ -18,19 +19,88 @@ EMBRUN_LOCAL_FN bool begin_flight_to_boundary(const PathScene& scene, const Path
   return true;
 }
 
-/// Takes a path alone to a collision on the way to what its ray met. True: on to scatter_in_medium; false: on to
-/// advance_path.
-EMBRUN_LOCAL_FN bool fly_to_boundary(const PathScene& scene, PathState& path, bool found, const SceneHit& hit,
-                                     MediumCollision& collision, PathCounters& counters) {
-  PathFlight flight;
-  if (!begin_flight_to_boundary(scene, path, found, hit, flight, counters)) return false;
+/// Takes a path alone along its flight. True: it collides, on to scatter_in_medium; false: on to advance_path.
+EMBRUN_LOCAL_FN bool fly_path(const PathScene& scene, PathState& path, PathFlight& flight, MediumCollision& collision,
+                              PathCounters& counters) {
   FlightQuery& query = flight.query;
   const Flight met = next_collision(scene.density, query.ray, scene.settings.flights, query.channel, query.u,
                                     query.random, counters.majorants);
   return end_flight(scene, path, flight, met, collision);
 }
 
-/// Scatters the path at the collision that fly_to_boundary found. True when `shadow` is to be traced.
+/// The path's way through a medium as the light sees it that `u` chooses.
+EMBRUN_LOCAL_FN LampView view_of_way(const PathScene& scene, const PathState& path, float way_end, float u) {
+  const Light& light = scene.lights.lights[sample_discrete(scene.lights.choice, u).index];
+  const Medium& medium = scene.media[path.media.current()];
+  return view_from_lamp(scene, light, path.ray, way_end, medium.grid >= 0 || !is_black(medium.scattering));
+}
+
+/// Mean of what scatters on the path's way, per metre.
+EMBRUN_FN float mean_extinction(const PathScene& scene, const MediaState& media) {
+  const Medium& medium = scene.media[media.current()];
+  return mean(medium.scattering) + (medium.grid >= 0 ? scene.grids[medium.grid].mean_extinction : 0.0f) +
+         (fluids_within(scene, media) != 0 ? scene.density.mean_extinction : 0.0f);
+}
+
+/// Draws what scatters at a point: its phase function, and its scattering over the chance that it is drawn.
+EMBRUN_LOCAL_FN Rgb draw_scatterer(const PathScene& scene, const MediaState& media, Vec3 point, float u,
+                                   PhaseFunction& phase) {
+  const Medium& medium = scene.media[media.current()];
+  ScatterChoice choice;
+  choice.u = u;
+  Rgb scattering;
+  if (choice.offer(mean(medium.scattering))) {
+    scattering = medium.scattering;
+    phase = medium.phase;
+  }
+  if (medium.grid >= 0) {
+    const GridMedium& grid = scene.grids[medium.grid];
+    const Rgb own = scattering_at(grid, point);
+    if (choice.offer(mean(own))) {
+      scattering = own;
+      phase = grid.phase;
+    }
+  }
+  const std::uint32_t fluids = fluids_within(scene, media);
+  const DensityCell* cell = fluids != 0 ? cell_holding(scene.density, point) : nullptr;
+  LocalMedium local;
+  if (cell != nullptr && offer_fluids(scene.density, *cell, point, fluids, choice, local)) {
+    scattering = local.extinction * local.albedo;
+    phase = scene.density.fluids[local.fluid].phase;
+  }
+  return choice.total > 0.0f ? scattering * (choice.total / choice.chosen) : Rgb{};
+}
+
+/// Draws a point on the flight's way by where a lamp is, and light from the lamp for it. True when `shadow` is to be traced:
+/// it brings what scatter_in_medium leaves out.
+EMBRUN_LOCAL_FN bool sample_on_the_way(const PathScene& scene, const PathState& path, const PathFlight& flight,
+                                       ShadowRay& shadow, PathCounters& counters) {
+  const PathSettings& settings = scene.settings;
+  if (!settings.equiangular || settings.lights == LightStrategy::bsdf_only || path.depth >= settings.max_depth)
+    return false;
+  RandomStream random(path.key, Dimension::on_the_way, path.passed);
+  const Sample2 u = random.next_pair();
+  const LampView view = view_of_way(scene, path, flight.way_end, u.x);
+  if (!view.useful) return false;
+  const float t = view.draw(u.y);
+  const Vec3 point = path.ray.at(t);
+  const LightSample light = sample_lights(scene.lights, point, u.x, random.next_pair());
+  if (!light.valid || !(light.pdf > 0.0f)) return false;
+
+  PhaseFunction phase;
+  const Rgb scattering = draw_scatterer(scene, path.media, point, random.next_pair().x, phase);
+  if (is_black(scattering)) return false;
+  const float value = eval_phase(phase, -path.ray.direction, light.direction);
+  const float share = lamp_share(view, t, path.ray.t_min, mean_extinction(scene, path.media));
+  const Rgb through = stretch_transmittance(scene, path.media, path.ray, t, random, counters);
+  if (!start_shadow_ray(scene, path, light, point, path.media, scattering * through * (value * share / view.pdf(t)),
+                        value, shadow))
+    return false;
+  shadow.random = random;
+  return true;
+}
+
+/// Scatters the path at the collision that its flight found. True when `shadow` is to be traced.
 EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, const MediumCollision& collision,
                                        ShadowRay& shadow, PathCounters& counters) {
   Ray& ray = path.ray;
@@ -61,6 +131,12 @@ EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, 
   if (lit) {
     const float value = eval_phase(collision.phase, wo, light.direction);
     lit = start_shadow_ray(scene, path, light, point, path.media, grey(value), value, shadow);
+  }
+  if (lit && scene.settings.equiangular) {
+    // What sample_on_the_way brought already.
+    const LampView view = view_of_way(scene, path, collision.way_end,
+                                      sample_1d(scene.settings.sampler, path.key, Dimension::light_choice));
+    shadow.contribution *= 1.0f - lamp_share(view, collision.t, ray.t_min, mean_extinction(scene, path.media));
   }
 
   const PhaseSample next =

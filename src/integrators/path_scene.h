@@ -33,6 +33,8 @@ struct PathSettings {
   FlightSampler flights = FlightSampler::tracking, transmittance = FlightSampler::tracking;
   /// Shadow rays go straight through interfaces: see IntegratorDescription::straight_shadows.
   bool straight_shadows = false;
+  /// Lamps also light points of media that are drawn by where the lamp is: see equiangular.h.
+  bool equiangular = false;
   /// Most radiance that light found after the first event may bring; infinite: no limit.
   float clamp = infinity;
 };

@@ -11,7 +11,9 @@
 //   generate_path
 //   repeat while alive:
 //     (the intersector finds the next crossing)
-//     fly_to_boundary   a collision with a medium on the way: scatter_in_medium, the same as scatter_path; else
+//     begin_flight      through media on the way, if there are any: then
+//       sample_on_the_way   light that they scatter from a lamp, as a shadow ray
+//       fly_path            a collision: scatter_in_medium, the same as scatter_path; else
 //     advance_path      absorption, light met on the way, boundaries that do nothing; else on to
 //     scatter_path      a light sample as a shadow ray, a new direction, Russian roulette
 //     trace_shadow_ray
@@ -70,10 +72,18 @@ EMBRUN_FN float radiance_factor(const PathScene& scene, int from, int into) {
   return square(scene.media[from].ior / scene.media[into].ior);
 }
 
-/// Adds light that the path found.
-EMBRUN_FN void add_light(const PathScene& scene, PathState& path, Rgb light) {
-  const float most = path.depth > 0 ? scene.settings.clamp : infinity;
+/// Adds light that the path found at or after an event.
+EMBRUN_FN void add_scattered_light(const PathScene& scene, PathState& path, Rgb light) {
+  const float most = scene.settings.clamp;
   path.radiance += Rgb{min_of(light.r, most), min_of(light.g, most), min_of(light.b, most)};
+}
+
+/// Adds light that the path met.
+EMBRUN_FN void add_light(const PathScene& scene, PathState& path, Rgb light) {
+  if (path.depth > 0)
+    add_scattered_light(scene, path, light);
+  else
+    path.radiance += light;
 }
 
 /// Share of light that the path met by following its direction, where light sampling would have drawn it with

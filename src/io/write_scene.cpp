@@ -347,6 +347,7 @@ void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
   xml.flag("guide", integrator.guide);
   xml.flag("hide_emitters", integrator.hide_emitters);
   xml.flag("straight_shadows", integrator.straight_shadows);
+  xml.flag("equiangular", integrator.equiangular);
   if (std::isfinite(integrator.clamp)) xml.real("clamp", integrator.clamp);
   xml.close();
 }

@@ -4,7 +4,7 @@
 #include "media/particle_flight.h"
 
 // Many flights through the particles, as next_collision answers them one by one. What each costs is mostly waiting for
-// memory, four reads deep; so sixteen are under way at a time and take every step together: their reads overlap. What
+// memory, four reads deep; so a dozen are under way at a time and take every step together: their reads overlap. What
 // becomes of a flight does not depend on the others.
 //
 // `Flights` is where they come from and their answers go to:
@@ -22,7 +22,7 @@ struct FlightQuery {
   RandomStream random;
 };
 
-inline constexpr int flights_under_way = 16;
+inline constexpr int flights_under_way = 12;
 
 /// A flight under way.
 struct FlightLane {

@@ -67,11 +67,19 @@ struct GridMedium {
   CellGrid blocks;                 ///< of [0,1]^3
   const Rgb* majorants = nullptr;  ///< by block: no point of it has a larger extinction
   bool grey = true;                ///< the extinction is the same in the three channels
+  float mean_extinction = 0;       ///< per metre, over the box and the channels
 };
 
 EMBRUN_LOCAL_FN Rgb albedo_at(const GridMedium& medium, Vec3 point) {
   if (medium.albedo.values == nullptr) return medium.constant_albedo;
   return value_at(medium.albedo, medium.to_albedo.point(point));
+}
+
+/// Per metre; nothing outside the box of the extinction.
+EMBRUN_LOCAL_FN Rgb scattering_at(const GridMedium& medium, Vec3 point) {
+  const Vec3 p = medium.to_extinction.point(point);
+  if (!(p.x >= 0.0f && p.y >= 0.0f && p.z >= 0.0f && p.x <= 1.0f && p.y <= 1.0f && p.z <= 1.0f)) return {};
+  return value_at(medium.extinction, p) * albedo_at(medium, point);
 }
 
 }  // namespace embrun

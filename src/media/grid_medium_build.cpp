@@ -82,6 +82,9 @@ GridMediumData::GridMediumData(GridValues extinction, GridValues albedo, Rgb con
                           {z, blocks.nz, extinction_.nz});
   });
   view_.majorants = majorants_.data();
+  double sum = 0;
+  for (const float value : extinction_.values) sum += static_cast<double>(value);
+  view_.mean_extinction = static_cast<float>(sum / static_cast<double>(extinction_.values.size()));
 }
 
 }  // namespace embrun

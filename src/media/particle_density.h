@@ -75,6 +75,7 @@ struct ParticleDensityView {
   MediaOverlap overlap = MediaOverlap::sum;
   std::uint32_t present = 0;  ///< mask of the fluids that have any extinction
   bool grey = true;           ///< all extinctions are the same in the three channels
+  float mean_extinction = 0;  ///< roughly, over the space that the balls fill and the gaps between them; per metre
   bool piecewise = true;      ///< no fluid is smooth: extinction is constant between the balls' surfaces
 
   EMBRUN_FN Rgb majorant(int brick_cell) const {
@@ -210,6 +211,16 @@ EMBRUN_FN const DensityCell* cell_at(const ParticleDensityView& view, const Dens
   return cell != nullptr && cell->block_count != 0 ? cell : nullptr;
 }
 
+/// The cell that holds a point of the scene; null where no ball reaches.
+EMBRUN_FN const DensityCell* cell_holding(const ParticleDensityView& view, Vec3 p) {
+  const Vec3 at = (p - view.grid.low) * view.grid.cells_per_metre;
+  if (!(at.x >= 0.0f && at.y >= 0.0f && at.z >= 0.0f)) return nullptr;
+  const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+  if (x >= view.grid.nx || y >= view.grid.ny || z >= view.grid.nz) return nullptr;
+  const std::uint32_t brick = view.brick_index[view.grid.index(x, y, z)];
+  return brick == no_brick ? nullptr : cell_at(view, view.bricks[brick], p);
+}
+
 /// Extinction at a point of a cell of several fluids.
 EMBRUN_LOCAL_FN Rgb mixed_extinction(const ParticleDensityView& view, const DensityCell& cell, Vec3 p,
                                      std::uint32_t mask) {
@@ -282,6 +293,50 @@ EMBRUN_LOCAL_FN void choose_fluid(const ParticleDensityView& view, const Density
     local.fluid = run.fluid;
     local.extinction = k;
   } while (run.next(view, cell));
+}
+
+/// One of several things that scatter at a point, drawn in proportion to how much they do.
+struct ScatterChoice {
+  float u = 0;                  ///< draws, in [0, 1)
+  float total = 0, chosen = 0;  ///< scattering, mean of the channels, per metre: of all, of the one
+
+  /// True when what is offered is chosen, for now.
+  EMBRUN_FN bool offer(float scattering) {
+    if (!(scattering > 0.0f)) return false;
+    total += scattering;
+    // One number draws among any count: what it leaves undecided is spread over [0, 1) again.
+    const float share = scattering / total;
+    const bool taken = u < share;
+    u = taken ? u / share : (u - share) / (1.0f - share);
+    if (taken) chosen = scattering;
+    return taken;
+  }
+};
+
+/// Offers the fluids at a point of a cell to the choice. True when one of them is chosen: `local`.
+EMBRUN_LOCAL_FN bool offer_fluids(const ParticleDensityView& view, const DensityCell& cell, Vec3 p, std::uint32_t mask,
+                                  ScatterChoice& choice, LocalMedium& local) {
+  OverlapSum total;
+  LocalMedium counts;
+  bool taken = false;
+  FluidRun run(view, cell);
+  do {
+    if ((mask >> run.fluid & 1u) == 0) continue;
+    const Rgb k = extinction_of(view, run, p);
+    if (!total.add(view.overlap, k)) continue;
+    counts.fluid = run.fluid;
+    counts.extinction = k;
+    counts.albedo = view.fluids[run.fluid].albedo;
+    if (view.fluids[run.fluid].own_colours) mix_own_colours(view, cell, p, counts);
+    if (view.overlap == MediaOverlap::sum && choice.offer(mean(k * counts.albedo))) {
+      local = counts;
+      taken = true;
+    }
+  } while (run.next(view, cell));
+  if (view.overlap == MediaOverlap::sum || counts.fluid < 0 || !choice.offer(mean(counts.extinction * counts.albedo)))
+    return taken;
+  local = counts;
+  return true;
 }
 
 /// What a path collides with at a point of a cell, where the extinction is `k`. `u`: as in choose_fluid.

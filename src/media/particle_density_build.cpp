@@ -307,6 +307,17 @@ float choose_brick(const Source& source) {
   return static_cast<float>(std::clamp(std::floor(2 * free_cells), 4.0, 12.0) * cell / count);
 }
 
+/// Of the particles, with the gaps that balls as large as a solver's particles leave between them.
+float mean_extinction(const Source& source) {
+  constexpr double filled = 0.63;
+  double sum = 0;
+  for (const Ball& ball : source.balls) {
+    const DensityFluid& fluid = source.fluids[ball.fluid];
+    sum += static_cast<double>(mean(fluid.extinction) * (fluid.smooth ? 1 : ball.factor));
+  }
+  return source.balls.empty() ? 0 : static_cast<float>(filled * sum / static_cast<double>(source.balls.size()));
+}
+
 /// Lists of the balls in each brick.
 using BrickLists = std::vector<std::vector<std::uint32_t>>;
 
@@ -369,6 +380,7 @@ ParticleDensity::ParticleDensity(std::span<const DensityParticles> fluids, Media
     fluids_[i].reach_squared = same ? reach * reach : 0;
     source.balls.insert(source.balls.end(), own.begin(), own.end());
   }
+  view_.mean_extinction = mean_extinction(source);
   view_.overlap = overlap;
   view_.fluid_count = static_cast<int>(fluids_.size());
   view_.fluids = fluids_.data();

@@ -29,6 +29,7 @@ enum class Dimension : uint32_t {
   medium_choice = 11,    ///< 1D: which medium of a mixture collides
   tracking = 12,         ///< stream: tentative collisions of a flight
   shadow_tracking = 13,  ///< stream: those of a shadow ray
+  on_the_way = 14,       ///< stream: a point on the way that a lamp lights, and its light
 };
 
 enum class SamplerKind : uint8_t {

@@ -176,6 +176,8 @@ struct IntegratorDescription {
   /// interfaces, with Fresnel's and the medium's transmittance, and the same light is not counted when it is met by
   /// refraction. Quiet, but biased: the light comes from where it would come without refraction.
   bool straight_shadows = false;
+  /// Small lamps in media: points that they light are also drawn by where the lamp is. Unbiased either way.
+  bool equiangular = true;
   /// Most that a light found after the first scattering event may bring to a sample, per channel (radiance); what is above
   /// is cut off. Infinite: none, as everything else is biased.
   double clamp = static_cast<double>(infinity);

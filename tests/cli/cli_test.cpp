@@ -198,7 +198,7 @@ TEST_F(Cli, ExtremeMediaLookAsTheyMust) {
   std::ofstream(folder / "one.xyz") << "0 0 0\n";
   std::ofstream(folder / "same.xyz") << "0 0 0\n0 0 0\n0 0 0\n";
   const std::string view =
-      " -q -o x.pfm --size 4x4 --spp 2048 --order 2 --radius 0.5 --ior 1 --absorption 0,0,0 --env white --floor none "
+      " -q -o x.pfm --size 4x4 --spp 2048 --order 1 --radius 0.5 --ior 1 --absorption 0,0,0 --env white --floor none "
       "--camera-from=-3,0.3,0 --camera-to 3,0.3,0 --fov 0.01 ";
   struct Extreme {
     const char *file, *medium, *elements;
@@ -229,7 +229,7 @@ TEST_F(Cli, ExtremeMediaLookAsTheyMust) {
            "up=\"0,1,0\"/></transform></sensor><emitter type=\"constant\"/>\n<shape type=\"particles\"><string "
            "name=\"filename\" value=\""
         << e.file
-        << "\"/><float name=\"radius\" value=\"0.5\"/><integer name=\"order\" value=\"2\"/><bsdf "
+        << "\"/><float name=\"radius\" value=\"0.5\"/><integer name=\"order\" value=\"1\"/><bsdf "
            "type=\"dielectric\"><float name=\"int_ior\" value=\"1\"/><float name=\"ext_ior\" value=\"1\"/></bsdf>"
         << e.elements << "</shape></scene>\n";
     const Outcome by_file = run("render scene.xml -q -o y.pfm --size 4x4 --spp 2048");

@@ -398,6 +398,76 @@ TEST(LampInFog, IsTheSameHoweverLightIsSampled) {
   }
 }
 
+/// A tiny lamp in thin fog, one of the two kinds of medium or both, and the camera beside it.
+SceneDescription lamp_in_thin_fog(bool body, bool particles, bool equiangular) {
+  SceneDescription scene = scene_seen({0, 0, 4}, {0, 0, 0}, pencil, 2, 40000);
+  scene.environment.kind = EnvironmentDescription::Kind::none;
+  scene.integrator.equiangular = equiangular;
+  if (body)
+    scene.boxes.push_back(box({-2, -2, -2}, {2, 2, 2}, fog_material(grey(0.02f), {0.02f, 0.1f, 0.3f}, hg(0.4f))));
+  if (particles) {
+    VolumeDescription balls = cloud(milk({0.2f, 0.3f, 0.5f}, {0.9f, 0.8f, 0.7f}, hg(-0.3f)));
+    scene.volumes.push_back(balls);
+    VolumeDescription others = cloud(milk({0.5f, 0.1f, 0}, grey(0.9f), {PhaseKind::rayleigh, 0}));
+    for (Vec3d& p : others.positions) p.x += 0.3;
+    scene.volumes.push_back(others);
+  }
+  LightDescription lamp;
+  lamp.kind = LightDescription::Kind::sphere;
+  lamp.position = {0.1, 0.05, -0.1};
+  lamp.radius = 0.002;
+  lamp.radiance = grey(1e5f);
+  scene.lights.push_back(lamp);
+  // Another, so that there is a choice.
+  lamp.kind = LightDescription::Kind::disk;
+  lamp.position = {-0.3, 0.4, 0.2};
+  lamp.normal = normalize(Vec3d{1, -1, 0.2});
+  lamp.radius = 0.01;
+  lamp.radiance = grey(2e3f);
+  scene.lights.push_back(lamp);
+  scene.integrator.hide_emitters = true;
+  return scene;
+}
+
+// Points drawn by where a lamp is bring what flights leave out, for every rule of overlap and at any depth, and quietly.
+TEST(LampInFog, IsTheSameHoweverPointsAreDrawn) {
+  struct Way {
+    bool body, particles;
+    MediaOverlap overlap;
+    int depth;
+  };
+  for (const Way& way : {Way{true, false, MediaOverlap::sum, 1}, Way{true, true, MediaOverlap::sum, 60000},
+                         Way{false, true, MediaOverlap::sum, 1}, Way{false, true, MediaOverlap::max, 2}}) {
+    SceneDescription plain = lamp_in_thin_fog(way.body, way.particles, false),
+                     better = lamp_in_thin_fog(way.body, way.particles, true);
+    for (SceneDescription* scene : {&plain, &better}) {
+      scene->overlap = way.overlap;
+      scene->integrator.max_depth = way.depth;
+    }
+    for (int channel = 0; channel < 3; channel += 2) {
+      const Measured m = render_and_measure(plain, LightStrategy::mis, channel),
+                     n = render_and_measure(better, LightStrategy::mis, channel);
+      EXPECT_EQ(n.bad, 0u);
+      EXPECT_NEAR(n.mean, m.mean, 4 * std::hypot(m.standard_error, n.standard_error));
+      EXPECT_LT(n.standard_error, 0.02 * n.mean);
+      EXPECT_LT(n.standard_error, (way.particles ? 0.7 : 0.3) * m.standard_error);
+    }
+  }
+}
+
+// A point is a small sphere of the same intensity, pi r^2 L, however near it comes.
+TEST(LampInFog, APointShinesAsASmallSphere) {
+  SceneDescription sphere = lamp_in_thin_fog(true, false, true);
+  sphere.integrator.max_depth = 1;
+  sphere.lights.resize(1);
+  SceneDescription point = sphere;
+  point.lights[0].kind = LightDescription::Kind::point;
+  point.lights[0].radiance = grey(static_cast<float>(M_PI * 0.002 * 0.002 * 1e5));
+  const Measured a = render_and_measure(sphere), b = render_and_measure(point);
+  EXPECT_NEAR(a.mean, b.mean, 4 * std::hypot(a.standard_error, b.standard_error));
+  EXPECT_LT(b.standard_error, 0.005 * b.mean);
+}
+
 // ---- shadow rays straight through ----------------------------------------------------------------------------------
 
 /// A diffuse floor under water with a flat surface, far larger than what is seen of it.

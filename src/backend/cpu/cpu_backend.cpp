@@ -11,6 +11,7 @@
 #include "backend/cpu/embree_scene.h"
 #include "backend/cpu/guide_learner.h"
 #include "base/parallel.h"
+#include "integrators/equiangular.h"
 
 namespace embrun {
 namespace {
@@ -63,6 +64,14 @@ struct TileTask {
   }
 };
 
+/// True when any light is at one place.
+bool has_lamps(const LightSet& lights) {
+  Vec3 middle;
+  float reach = 0;
+  return std::any_of(lights.lights, lights.lights + lights.count,
+                     [&](const Light& light) { return lamp_middle(light, middle, reach); });
+}
+
 }  // namespace
 
 CpuBackend::CpuBackend(const FlatScene& scene) : CpuBackend(scene, select_kernels()) {}
@@ -90,6 +99,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
   settings.roulette_depth = scene.integrator.roulette_depth;
   settings.hide_emitters = scene.integrator.hide_emitters;
   settings.straight_shadows = scene.integrator.straight_shadows;
+  settings.equiangular = scene.integrator.equiangular && has_lamps(path_scene_.lights);
   settings.clamp = static_cast<float>(scene.integrator.clamp);
   if (scene.integrator.guide && needs_guide(scene)) {
     guide_ = std::make_unique<LearnedGuide>(learn_guide(kernels_, path_scene_, view_));

@@ -102,6 +102,20 @@ EMBRUN_LOCAL_FN int order_by_side(Batch& batch, int count) {
   return outside;
 }
 
+/// Stage: the shadow rays.
+template <class Intersector, class Batch>
+EMBRUN_LOCAL_FN void shadow_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
+                                  bool timed, PathCounters& counters) {
+  if (count == 0) return;
+  const RayTimer timer(timed);
+  const std::uint64_t before = counters.shadow.rays;
+  for (int i = 0; i < count; ++i) {
+    const int slot = batch.lit[i];
+    add_scattered_light(scene, batch.paths[slot], trace_shadow_ray(scene, intersector, batch.shadows[slot], counters));
+  }
+  timer.stop(counters.shadow, counters.shadow.rays - before);
+}
+
 /// The listed paths' flights, as next_collisions wants them.
 template <class Batch>
 struct PathFlights {
@@ -117,17 +131,22 @@ struct PathFlights {
   }
 };
 
-/// Stage: the flights through media to what the rays met.
-template <class Batch>
-EMBRUN_LOCAL_FN void flight_stage(const PathScene& scene, Batch& batch, int count, PathCounters& counters) {
+/// Stage: the flights through media to what the rays met, and what lamps light on their way.
+template <class Intersector, class Batch>
+EMBRUN_LOCAL_FN void flight_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
+                                  bool timed, PathCounters& counters) {
   PathFlights<Batch> flights{scene, batch, 0};
+  int lit = 0;
   for (int i = 0; i < count; ++i) {
     const std::uint16_t slot = batch.active[i];
     batch.collided[slot] = false;
-    if (begin_flight_to_boundary(scene, batch.paths[slot], batch.found[slot], batch.hits[slot], batch.flights[slot],
-                                 counters))
-      batch.flying[flights.number++] = slot;
+    PathFlight& flight = batch.flights[slot];
+    if (!begin_flight_to_boundary(scene, batch.paths[slot], batch.found[slot], batch.hits[slot], flight, counters))
+      continue;
+    batch.flying[flights.number++] = slot;
+    if (sample_on_the_way(scene, batch.paths[slot], flight, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
   }
+  shadow_stage(scene, intersector, batch, lit, timed, counters);
   next_collisions(scene.density, scene.settings.flights, flights, counters.majorants);
 }
 
@@ -152,20 +171,6 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
   return lit;
 }
 
-/// Stage: the shadow rays.
-template <class Intersector, class Batch>
-EMBRUN_LOCAL_FN void shadow_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
-                                  bool timed, PathCounters& counters) {
-  if (count == 0) return;
-  const RayTimer timer(timed);
-  const std::uint64_t before = counters.shadow.rays;
-  for (int i = 0; i < count; ++i) {
-    const int slot = batch.lit[i];
-    add_light(scene, batch.paths[slot], trace_shadow_ray(scene, intersector, batch.shadows[slot], counters));
-  }
-  timer.stop(counters.shadow, counters.shadow.rays - before);
-}
-
 /// What trace_batch tells of its paths: nothing.
 struct NoListener {
   template <class Batch>
@@ -181,7 +186,7 @@ EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& inte
   counters.paths += static_cast<std::uint64_t>(count);
   intersect_stage(intersector, batch, batch.active, count, timed, counters.camera);
   while (count > 0) {
-    flight_stage(scene, batch, count, counters);
+    flight_stage(scene, intersector, batch, count, timed, counters);
     const int lit = shade_stage(scene, intersector, batch, count, counters);
     shadow_stage(scene, intersector, batch, lit, timed, counters);
     listener.after_events(batch, batch.active, count);

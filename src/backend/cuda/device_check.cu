@@ -64,15 +64,19 @@ EMBRUN_FN Rgb trace_path(const PathScene& scene, const DeviceIntersector& inters
     const bool found = intersector.intersect(path.ray, path.media, hit);
     MediaState behind;
     ShadowRay shadow;
+    PathFlight flight;
     MediumCollision collision;
-    if (fly_to_boundary(scene, path, found, hit, collision, counters)) {
+    const bool flies = begin_flight_to_boundary(scene, path, found, hit, flight, counters);
+    if (flies && sample_on_the_way(scene, path, flight, shadow, counters))
+      add_scattered_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+    if (flies && fly_path(scene, path, flight, collision, counters)) {
       if (scatter_in_medium(scene, path, collision, shadow, counters))
-        add_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+        add_scattered_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
       continue;
     }
     if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
     if (scatter_path(scene, path, hit, behind, shadow, counters))
-      add_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+      add_scattered_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
   }
   return path.radiance;
 }

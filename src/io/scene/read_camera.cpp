@@ -185,6 +185,7 @@ void read_integrator(SceneReading& reading, const XmlElement& element) {
   description.guide = integrator.flag("guide").value_or(true);
   description.hide_emitters = integrator.flag("hide_emitters").value_or(false);
   description.straight_shadows = integrator.flag("straight_shadows").value_or(false);
+  description.equiangular = integrator.flag("equiangular").value_or(true);
   description.clamp = integrator.number("clamp", description.clamp);
   integrator.finish();
 }
