@@ -24,6 +24,7 @@ constexpr const char* footer =
     "Examples:\n"
     "  embrun render dam.bgeo -o dam.png\n"
     "  embrun render scene.xml -o scene.png\n"
+    "  embrun mesh dam.bgeo -o dam.ply\n"
     "  embrun info dam.bgeo\n"
     "  embrun compare dam.exr reference.exr\n"
     "  embrun render --help          every option, with its default\n\n"
@@ -40,6 +41,7 @@ int run(int argc, char** argv) {
   int exit_code = exit_done;
   add_render_command(program, command_line_of(argc, argv), exit_code);
   add_info_command(program, exit_code);
+  add_mesh_command(program, command_line_of(argc, argv), exit_code);
   add_scene_command(program, exit_code);
   add_compare_command(program, exit_code);
   try {

@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "parse_values.h"
 #include "progress_display.h"
+#include "surface_options.h"
 
 namespace embrun {
 namespace {
@@ -74,28 +75,16 @@ void add_camera_options(CLI::App& c, RenderArguments& a) {
 void add_surface_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The surface";
-  c.add_option("--radius", o.radius, "particle radius in metres")
-      ->default_str("the file's, else half the rest spacing")
-      ->group(group);
-  c.add_option("--order", o.order,
-               "neighbourhood order n: a particle is felt to 2 n radii. Higher is smoother, and slower")
-      ->capture_default_str()
-      ->group(group);
-  c.add_option("--kernel", o.kernel, "metaball, zhu-bridson, blinn")->capture_default_str()->group(group);
-  c.add_option("--threshold", o.threshold,
-               "of the field at the surface: auto (half the field inside), thesis (2n-1), or a number")
-      ->capture_default_str()
-      ->group(group);
-  c.add_option(
-       "--recover", o.recover,
-       "lone particles that the field loses come back as balls: smooth (no popping), thesis (by a hard rule), off")
-      ->capture_default_str()
-      ->group(group);
-  c.add_option("--normal", o.normal, "weighted (smoother), gradient (of the field)")
-      ->capture_default_str()
-      ->group(group);
+  add_surface_options(c, o, group);
   c.add_option("--method", o.method, "fast, thesis (the original tracer, a baseline: hundreds of times slower)")
       ->capture_default_str()
+      ->group(group);
+  c.add_option("--representation", o.representation,
+               "direct: rays meet the particles themselves; mesh: a triangle mesh of the same surface, for comparison")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--mesh-cell", o.mesh_cell, "metres: cells that the mesh is made from")
+      ->default_str("half the particle radius")
       ->group(group);
 }
 
@@ -268,9 +257,10 @@ void parse_text(RenderArguments& a) {
 
 /// What may be said of a scene file on the command line; the rest it says itself.
 constexpr const char* scene_options[] = {
-    "--output", "--size",         "--crop",    "--spp",         "--seed",      "--layer",       "--exposure",
-    "--tone",   "--filter",       "--denoise", "--threads",     "--max-depth", "--refractions", "--first-sample",
-    "--define", "--boundary-nee", "--clamp",   "--write-scene", "--json",      "--quiet"};
+    "--output",      "--size",         "--crop",           "--spp",          "--seed",    "--layer",
+    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads", "--max-depth",
+    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",   "--write-scene",
+    "--json",        "--quiet",        "--representation", "--mesh-cell"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -295,6 +285,8 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--clamp")) scene.clamp = o.clamp.value_or(std::numeric_limits<double>::infinity());
   if (given("--seed")) scene.seed = o.seed;
   if (given("--filter")) scene.filter = o.filter;
+  if (given("--representation")) scene.representation = o.representation;
+  scene.mesh_cell = o.mesh_cell;
   return scene;
 }
 
@@ -332,6 +324,8 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
   // Until the scene says how large its picture is, any crop may lie in it.
   if (is_scene && a.size.empty()) a.size = "65536x65536";
   parse_text(a);
+  if (!is_scene && a.options.mesh_cell && a.options.representation != "mesh")
+    throw UsageError("--mesh-cell: only a mesh has cells; add --representation mesh");
   if (!is_scene && !a.definitions.empty()) throw UsageError("--define: only a scene file has parameters");
   if (!a.scene_output.empty()) return write_scene_file(command, a);
   if (a.output.empty()) throw UsageError("--output is required");

@@ -79,6 +79,9 @@ struct RenderOptions {
   std::string recover = "smooth";   ///< smooth, thesis, off
   std::string normal = "weighted";  ///< weighted, gradient
   std::string method = "fast";      ///< fast, thesis
+  /// Whether rays meet the particles themselves or a triangle mesh of the same surface: direct, mesh.
+  std::string representation = "direct";
+  std::optional<double> mesh_cell;  ///< of the mesh, metres; default: half the radius
 
   // Water and surroundings.
   double ior = 1.33;
@@ -132,6 +135,8 @@ struct SceneInput {
   std::optional<double> clamp;
   std::optional<std::uint32_t> seed;
   std::optional<std::string> filter;
+  std::optional<std::string> representation;  ///< of all fluids
+  std::optional<double> mesh_cell;            ///< of those that are meshed
 };
 
 /// Throws when an option is out of range or unknown.
@@ -154,7 +159,7 @@ struct Picture {
 };
 
 struct Progress {
-  const char* stage = "";  ///< reading, building, rendering, writing
+  const char* stage = "";  ///< reading, building, meshing (a part of building), rendering, writing
   double fraction = 0;     ///< of the stage, 0 to 1
   double elapsed = 0;      ///< seconds, of the stage
   double remaining = -1;   ///< seconds, an estimate; negative: unknown
@@ -182,6 +187,9 @@ struct RenderReport {
   double surface_bytes = 0;      ///< of the surface alone
   // Seconds.
   double read_seconds = 0, build_seconds = 0, render_seconds = 0, write_seconds = 0, cpu_seconds = 0;
+  /// Parts of build_seconds: meshes of fluids; the trees that rays find meshes and balls with.
+  double mesh_seconds = 0, tree_seconds = 0;
+  std::uint64_t mesh_vertices = 0, mesh_triangles = 0;  ///< of fluids
   // Particles.
   std::string input, format;
   std::uint64_t particles = 0, dropped = 0, recovered = 0;
@@ -263,6 +271,58 @@ std::string describe_scene(const std::string& particle_file, const RenderOptions
 /// Renders particles in memory.
 Picture render(const Particles& particles, const RenderOptions& options = {}, const RenderHooks& hooks = {},
                RenderReport* report = nullptr);
+
+/// How the surface of a particle file becomes a triangle mesh. Names are those of RenderOptions.
+struct MeshOptions {
+  std::optional<double> cell;  ///< side of the cells it is made from, metres; default: half the particles' radius
+  // The surface.
+  std::optional<double> radius;
+  int order = 3;
+  std::string kernel = "metaball";
+  std::string threshold = "auto";
+  std::string recover = "smooth";
+  std::string normal = "weighted";
+  std::string kinds;
+  int threads = 0;      ///< 0: as many as the machine has
+  std::string command;  ///< kept in the file's head
+};
+
+/// What was chosen, done and found.
+struct MeshReport {
+  std::string version, instruction_set;
+  int threads = 0;
+  double peak_memory_bytes = 0;  ///< of the whole process
+  // Seconds: reading; spacing, radius and lost particles; the field on a grid; triangles; writing.
+  double read_seconds = 0, measure_seconds = 0, sample_seconds = 0, extract_seconds = 0, write_seconds = 0;
+  double cpu_seconds = 0;
+  // Particles.
+  std::string input, format;
+  std::uint64_t particles = 0, dropped = 0, recovered = 0;
+  double radius = 0;
+  std::string radius_source;  ///< given, file, spacing, nearest-neighbour
+  double spacing = 0;         ///< rest spacing; 0: none could be measured
+  double threshold = 0, influence_radius = 0;
+  // The mesh: closed, so it has a volume.
+  double cell = 0;
+  std::uint64_t vertices = 0, triangles = 0, components = 0;
+  Point low{}, high{};  ///< its bounds
+  double volume = 0, area = 0;
+  std::vector<std::string> notes;  ///< what was left out or put right, one sentence each
+};
+
+/// Several lines for people, ending with a line feed.
+std::string to_text(const MeshReport& report);
+/// A JSON object.
+std::string to_json(const MeshReport& report);
+
+/// Throws when an option is out of range or unknown, or when a mesh could not be written there.
+void check_mesh_options(const MeshOptions& options);
+void check_mesh_output(const std::string& mesh_file);
+
+/// Reads particles and writes the mesh of their surface, the one that a render of them shows; the extension names the
+/// format: ply, obj.
+MeshReport mesh_file(const std::string& particle_file, const std::string& mesh_file, const MeshOptions& options = {},
+                     const RenderHooks& hooks = {});
 
 /// What is in a particle file: count, attributes, bounds, rest spacing, radius. For people, or as a JSON object.
 /// `radius`: as RenderOptions::radius.

@@ -50,16 +50,9 @@ FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptio
   fluid.kinds = options.kinds;
   fluid.positions = measured.particles.positions;
   fluid.radii = measured.radius.radii;
-  fluid.surface.kernel = kernel_from_name(options.kernel);
-  fluid.surface.order = options.order;
-  const ThresholdChoice threshold = threshold_from_text(options.threshold);
-  fluid.surface.threshold_mode = threshold.mode;
-  fluid.surface.threshold = threshold.value;
-  fluid.surface.recover = recover_from_name(options.recover);
-  fluid.surface.normal = normal_from_name(options.normal);
-  fluid.surface.spacing = measured.spacing.spacing;
-  fluid.surface.radius = static_cast<float>(measured.radius.radius);
-  fluid.method = method_from_name(options.method);
+  fluid.surface = surface_settings(measured, options);
+  fluid.method = method_from_names(options.method, options.representation);
+  if (fluid.method == SurfaceMethod::mesh) fluid.mesh_cell = options.mesh_cell.value_or(0);
   fluid.material = water_material(options);
   if (options.container) {
     const auto& c = *options.container;
@@ -157,6 +150,20 @@ MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, c
   }
   static_cast<SizedParticles&>(measured) = size_particles(std::move(measured.particles), options.radius, name);
   return measured;
+}
+
+SurfaceSettings surface_settings(const MeasuredParticles& measured, const RenderOptions& options) {
+  SurfaceSettings surface;
+  surface.kernel = kernel_from_name(options.kernel);
+  surface.order = options.order;
+  const ThresholdChoice threshold = threshold_from_text(options.threshold);
+  surface.threshold_mode = threshold.mode;
+  surface.threshold = threshold.value;
+  surface.recover = recover_from_name(options.recover);
+  surface.normal = normal_from_name(options.normal);
+  surface.spacing = measured.spacing.spacing;
+  surface.radius = static_cast<float>(measured.radius.radius);
+  return surface;
 }
 
 Box3d robust_bounds(const MeasuredParticles& measured) {

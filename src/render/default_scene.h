@@ -24,6 +24,8 @@ MeasuredParticles measure(ParticleSet particles, const RenderOptions& options, c
 
 /// The water of the options, clear.
 MaterialDescription water_material(const RenderOptions& options);
+/// The surface that the options ask for.
+SurfaceSettings surface_settings(const MeasuredParticles& particles, const RenderOptions& options);
 
 /// Bounds of all but a few stray particles, one radius wider.
 Box3d robust_bounds(const MeasuredParticles& particles);

@@ -37,8 +37,17 @@ NormalMode normal_from_name(const std::string& name) {
   return pick<NormalMode>("normal", name, {{"weighted", NormalMode::weighted}, {"gradient", NormalMode::gradient}});
 }
 
-SurfaceMethod method_from_name(const std::string& name) {
-  return pick<SurfaceMethod>("method", name, {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
+SurfaceMethod method_from_names(const std::string& method, const std::string& representation) {
+  const auto direct =
+      pick<SurfaceMethod>("method", method, {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
+  if (representation_from_name(representation) == Representation::direct) return direct;
+  if (direct != SurfaceMethod::fast) throw Error("method \"" + method + "\" is for particles, not for a mesh of them");
+  return SurfaceMethod::mesh;
+}
+
+Representation representation_from_name(const std::string& name) {
+  return pick<Representation>("representation", name,
+                              {{"direct", Representation::direct}, {"mesh", Representation::mesh}});
 }
 
 UpAxis up_from_name(const std::string& name) {

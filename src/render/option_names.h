@@ -16,7 +16,10 @@ namespace embrun {
 Kernel kernel_from_name(const std::string& name);
 RecoverMode recover_from_name(const std::string& name);
 NormalMode normal_from_name(const std::string& name);
-SurfaceMethod method_from_name(const std::string& name);
+/// By RenderOptions::method and representation.
+SurfaceMethod method_from_names(const std::string& method, const std::string& representation);
+enum class Representation { direct, mesh };
+Representation representation_from_name(const std::string& name);
 UpAxis up_from_name(const std::string& name);
 PixelFilter filter_from_name(const std::string& name);
 

@@ -1,8 +1,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -18,9 +16,11 @@
 #include "io/read_particles.h"
 #include "io/read_scene.h"
 #include "render/default_scene.h"
+#include "render/fluid_meshes.h"
 #include "render/kind_options.h"
 #include "render/option_names.h"
 #include "render/render_loop.h"
+#include "render/stopwatch.h"
 #include "scene/kind_scene.h"
 
 #ifndef EMBRUN_VERSION
@@ -29,34 +29,6 @@
 
 namespace embrun {
 namespace {
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-void tell(const RenderHooks& hooks, const char* stage, double fraction, double elapsed) {
-  if (!hooks.progress) return;
-  const double remaining = fraction > 0 ? elapsed * (1 - fraction) / fraction : -1;
-  hooks.progress({stage, fraction, elapsed, remaining});
-}
-
-rusage process_usage() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return usage;
-}
-
-double cpu_seconds() {
-  const rusage usage = process_usage();
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 /// A number as a flag: exact, and as short as that allows. (v + 0 has no sign when it is 0.)
 std::string number(double v) {
@@ -113,6 +85,13 @@ SceneFile read_scene(const SceneInput& input) {
   scene.integrator.clamp = input.clamp.value_or(scene.integrator.clamp);
   scene.integrator.seed = input.seed.value_or(scene.integrator.seed);
   if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
+  for (FluidDescription& fluid : scene.fluids) {
+    if (input.representation && representation_from_name(*input.representation) == Representation::mesh)
+      fluid.method = SurfaceMethod::mesh;
+    else if (input.representation && fluid.method == SurfaceMethod::mesh)
+      fluid.method = SurfaceMethod::fast;
+    if (input.mesh_cell && fluid.method == SurfaceMethod::mesh) fluid.mesh_cell = *input.mesh_cell;
+  }
   return file;
 }
 
@@ -133,7 +112,9 @@ void check_options(const RenderOptions& o) {
   threshold_from_text(o.threshold);
   recover_from_name(o.recover);
   normal_from_name(o.normal);
-  method_from_name(o.method);
+  method_from_names(o.method, o.representation);
+  if (o.mesh_cell && !(*o.mesh_cell > 0 && std::isfinite(*o.mesh_cell)))
+    throw Error(fmt::format("mesh cell {}: it must be positive", *o.mesh_cell));
   up_from_name(o.up);
   floor_from_name(o.floor);
   filter_from_name(o.filter);
@@ -186,7 +167,7 @@ struct Renderer::State {
   void read_file(const std::string& path, const RenderHooks& hooks);
   void read_scene_file(const SceneInput& input, const RenderHooks& hooks);
   void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
-  void start(const SceneDescription& description);
+  void start(const SceneDescription& description, const RenderHooks& hooks);
   void record_surface();
   void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
   std::string replay_command(const PixelSample& sample) const;
@@ -217,7 +198,7 @@ void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks
   report.input = input.file;
   report.format = "scene";
   report.notes = std::move(file.warnings);
-  start(file.scene);
+  start(file.scene, hooks);
   for (const FluidDescription& fluid : file.scene.fluids) report.particles += fluid.positions.size();
   if (!file.scene.fluids.empty()) {
     report.radius = static_cast<double>(file.scene.fluids.front().surface.radius);
@@ -229,11 +210,22 @@ void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks
 }
 
 /// Compiles the scene and gets ready to render it.
-void Renderer::State::start(const SceneDescription& description) {
+void Renderer::State::start(const SceneDescription& description, const RenderHooks& hooks) {
+  const Stopwatch watch;
+  FluidMeshCounts meshes;
+  const FluidMesher mesher =
+      fluid_mesher(&meshes, [&](double fraction) { tell(hooks, "meshing", fraction, watch.seconds()); });
   run_on_threads(options.threads, [&] {
-    scene = compile(description);
+    scene = compile(description, mesher);
     backend = std::make_unique<CpuBackend>(scene);
   });
+  report.mesh_seconds = meshes.seconds;
+  report.mesh_vertices = meshes.vertices;
+  report.mesh_triangles = meshes.triangles;
+  report.threshold = static_cast<double>(meshes.threshold);
+  report.influence_radius = static_cast<double>(meshes.influence_radius);
+  report.recovered = meshes.recovered;
+  report.tree_seconds = backend->tree_seconds();
   film = make_film(description.film);
   next_sample = static_cast<std::uint32_t>(options.first_sample);
   report.version = version();
@@ -250,7 +242,7 @@ void Renderer::State::start(const SceneDescription& description) {
   record_surface();
 }
 
-/// The first fluid's surface.
+/// The first fluid's surface, unless that is a mesh.
 void Renderer::State::record_surface() {
   RenderReport& r = report;
   if (!scene.surfaces.empty()) {
@@ -283,7 +275,7 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
                                        measured.particles.dropped_non_finite));
 
   SceneDescription description = make_scene(measured, options, report.notes);
-  start(description);
+  start(description, hooks);
   record_choices(measured, description);
   report.build_seconds = watch.seconds();
   tell(hooks, "building", 1, report.build_seconds);
@@ -422,8 +414,8 @@ RenderReport Renderer::report() const {
   };
   add_commands(s.counts.bad_samples, r.replay_commands);
   add_commands(s.counts.contradicting, r.contradiction_commands);
-  r.cpu_seconds = cpu_seconds();
-  r.peak_memory_bytes = 1024 * static_cast<double>(process_usage().ru_maxrss);
+  r.cpu_seconds = embrun::cpu_seconds();
+  r.peak_memory_bytes = embrun::peak_memory_bytes();
   return r;
 }
 

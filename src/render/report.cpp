@@ -32,6 +32,9 @@ std::string to_text(const RenderReport& r) {
   if (r.particles > 0)
     text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
                         r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
+  if (r.mesh_triangles > 0)
+    text += fmt::format("  mesh       {} triangles, {} vertices; {:.2f} s, and {:.2f} s for the tree over it\n",
+                        r.mesh_triangles, r.mesh_vertices, r.mesh_seconds, r.tree_seconds);
   text +=
       fmt::format("  time       {:.2f} s: read {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}; CPU {:.2f} s\n",
                   total_seconds(r), r.read_seconds, r.build_seconds, r.render_seconds, r.write_seconds, r.cpu_seconds);
@@ -71,8 +74,10 @@ std::string to_json(const RenderReport& r) {
                      {"instruction_set", r.instruction_set},
                      {"peak_memory_bytes", std::llround(r.peak_memory_bytes)},
                      {"surface_bytes", std::llround(r.surface_bytes)}};
-  json["seconds"] = {{"read", r.read_seconds},   {"build", r.build_seconds},  {"render", r.render_seconds},
-                     {"write", r.write_seconds}, {"total", total_seconds(r)}, {"cpu", r.cpu_seconds}};
+  json["seconds"] = {{"read", r.read_seconds},    {"build", r.build_seconds},  {"render", r.render_seconds},
+                     {"write", r.write_seconds},  {"total", total_seconds(r)}, {"cpu", r.cpu_seconds},
+                     {"meshing", r.mesh_seconds}, {"tree", r.tree_seconds}};
+  json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}};
   json["particles"] = {{"count", r.particles},
                        {"dropped", r.dropped},
                        {"recovered", r.recovered},

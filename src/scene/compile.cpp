@@ -145,7 +145,7 @@ class MediaClasses {
 /// Makes a FlatScene, one kind of element after the other.
 class Compiler {
  public:
-  explicit Compiler(const SceneDescription& scene) : scene_(scene) {}
+  Compiler(const SceneDescription& scene, const FluidMesher& mesher) : scene_(scene), mesher_(mesher) {}
 
   FlatScene run() {
     const Bounds bounds = bounds_of(scene_);
@@ -172,6 +172,7 @@ class Compiler {
 
  private:
   const SceneDescription& scene_;
+  const FluidMesher& mesher_;
   FlatScene flat_;
   MediaClasses classes_;
   double radius_ = 1;  // of the scene
@@ -251,6 +252,10 @@ class Compiler {
     if (fluid.method == SurfaceMethod::thesis) {
       flat_.thesis_surfaces.push_back(std::make_unique<ThesisSurface>(positions, radii, fluid.surface));
       geometry.thesis = flat_.thesis_surfaces.back().get();
+    } else if (fluid.method == SurfaceMethod::mesh) {
+      EMBRUN_CHECK(mesher_);
+      flat_.meshes.push_back(add_triangles(mesher_(positions, radii, fluid), {}));
+      geometry.mesh = static_cast<std::int32_t>(flat_.meshes.size() - 1);
     } else {
       flat_.surfaces.push_back(build_implicit_surface(positions, radii, fluid.surface));
       geometry.surface = flat_.surfaces.back().view();
@@ -416,6 +421,18 @@ class Compiler {
     // Copies cannot all be where the world's coordinates are the mesh's own.
     const Vec3d center = placements.size() == 1 ? own_center(placements.front(), own) : 0.5 * (own.low + own.high);
 
+    const MeshRange range = add_triangles(mesh, center);
+    flat_.meshes.push_back(range);
+    const Instance shared = make_instance(GeometryKind::mesh, flat_.meshes.size() - 1, description.material);
+    for (const Placement& placement : placements) {
+      Instance& instance = flat_.instances.emplace_back(shared);
+      set_placement(instance, placement, center);
+      if (!is_black(description.radiance)) instance.light = add_emitter(range, instance.to_world, description.radiance);
+    }
+  }
+
+  /// Appends a mesh to the arrays, its positions made relative to `center`.
+  MeshRange add_triangles(const TriangleMesh& mesh, Vec3d center) {
     MeshRange range;
     range.first_position = static_cast<std::uint32_t>(flat_.mesh_positions.size());
     range.position_count = static_cast<std::uint32_t>(mesh.positions.size());
@@ -431,14 +448,7 @@ class Compiler {
     for (const auto& t : mesh.triangles)
       flat_.mesh_triangles.push_back(
           {range.first_position + t[0], range.first_position + t[1], range.first_position + t[2]});
-    flat_.meshes.push_back(range);
-
-    const Instance shared = make_instance(GeometryKind::mesh, flat_.meshes.size() - 1, description.material);
-    for (const Placement& placement : placements) {
-      Instance& instance = flat_.instances.emplace_back(shared);
-      set_placement(instance, placement, center);
-      if (!is_black(description.radiance)) instance.light = add_emitter(range, instance.to_world, description.radiance);
-    }
+    return range;
   }
 
   std::int32_t add_emitter(const MeshRange& range, const Transform& to_world, Rgb radiance) {
@@ -537,9 +547,9 @@ SceneView FlatScene::view() const {
   return v;
 }
 
-FlatScene compile(const SceneDescription& scene) {
+FlatScene compile(const SceneDescription& scene, const FluidMesher& mesher) {
   validate(scene);
-  return Compiler(scene).run();
+  return Compiler(scene, mesher).run();
 }
 
 }  // namespace embrun

@@ -43,7 +43,9 @@ struct Instance {
 /// A fluid's surface and the box that ends it (if any), in the fluid's own space.
 struct FluidGeometry {
   ImplicitSurfaceView surface{};
-  const ThesisSurface* thesis = nullptr;  ///< takes the surface's place where the description asks for it; host only
+  // Where the description asks for it, one of these takes the surface's place.
+  const ThesisSurface* thesis = nullptr;  ///< host only
+  std::int32_t mesh = -1;                 ///< index into FlatScene::meshes, or -1
   bool clipped = false;
   Box3 clip;
 };

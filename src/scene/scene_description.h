@@ -28,8 +28,9 @@ struct Box3d {
   bool operator==(const Box3d&) const = default;
 };
 
-/// Who finds a fluid's surface along a ray: Embrun's own way, or the thesis's, kept as a baseline (very slow).
-enum class SurfaceMethod { fast, thesis };
+/// Who finds a fluid's surface along a ray: Embrun's own way; the thesis's, kept as a baseline (very slow); or Embree, on
+/// a triangle mesh of the surface, the pipeline that the others are judged against.
+enum class SurfaceMethod { fast, thesis, mesh };
 
 /// The continuous surface of a fluid's particles.
 struct FluidDescription {
@@ -37,6 +38,7 @@ struct FluidDescription {
   std::vector<float> radii;  ///< one per particle, or empty: `surface.radius` for all
   SurfaceSettings surface;
   SurfaceMethod method = SurfaceMethod::fast;
+  double mesh_cell = 0;  ///< side of the cells of SurfaceMethod::mesh, metres; 0: half the radius
   MaterialDescription material = dielectric_material(1.33);
   /// The fluid ends at this box, with a flat face wherever it reaches it.
   std::optional<Box3d> container;

@@ -18,6 +18,7 @@
 
 #include "cli_fixture.h"
 #include "io/image_read.h"
+#include "io/read_mesh.h"
 
 namespace embrun {
 namespace {
@@ -59,7 +60,7 @@ TEST_F(Cli, PinningFlagsPin) {
 TEST_F(Cli, WritesAReport) {
   ASSERT_EQ(run("render water.xyz -o x.exr --json report.json -q" + small).exit_code, 0);
   const auto r = nlohmann::json::parse(content_of(folder / "report.json"));
-  for (const char* stage : {"read", "build", "render", "write", "total", "cpu"})
+  for (const char* stage : {"read", "build", "render", "write", "total", "cpu", "meshing", "tree"})
     EXPECT_GE(r["seconds"][stage], 0.0) << stage;
   for (const char* kind : {"camera", "secondary_outside", "secondary_inside", "shadow"}) {
     EXPECT_TRUE(r["rays"][kind]["count"].is_number_unsigned()) << kind;
@@ -116,6 +117,8 @@ TEST_F(Cli, EveryOptionIsTaken) {
                            "--recover off",
                            "--normal gradient",
                            "--method thesis",
+                           "--representation mesh",
+                           "--representation mesh --mesh-cell 0.04",
                            "--ior 1.5",
                            "--absorption 1,2,3",
                            "--env studio",
@@ -303,6 +306,59 @@ TEST_F(Cli, TheLastOfAnOptionCounts) {
   EXPECT_NE(outcome.err.find("two.obj"), std::string::npos);
 }
 
+TEST_F(Cli, WritesMeshes) {
+  ASSERT_EQ(run("mesh water.xyz -o a.ply --json a.json --threads 1").exit_code, 0);
+  const Outcome outcome = run("mesh water.xyz -o b.ply --threads 7");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2 closed pieces"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("meshing 100 %"), std::string::npos) << outcome.err;
+  const auto body = [&](const char* name) {
+    const std::string bytes = content_of(folder / name);
+    return bytes.substr(bytes.find("end_header"));
+  };
+  EXPECT_EQ(body("a.ply"), body("b.ply"));
+  const TriangleMesh mesh = read_mesh(path("a.ply"));
+  const auto r = nlohmann::json::parse(content_of(folder / "a.json"));
+  EXPECT_EQ(r["mesh"]["triangles"], mesh.triangles.size());
+  EXPECT_EQ(r["mesh"]["vertices"], mesh.positions.size());
+  EXPECT_EQ(r["mesh"]["components"], 2);
+  EXPECT_DOUBLE_EQ(r["mesh"]["cell"], 0.5 * r["particles"]["radius"].get<double>());
+  // 216 particles of spacing 0.1; a block of so few loses a fifth at its edges.
+  EXPECT_GT(r["mesh"]["volume"], 0.75 * 0.216);
+  EXPECT_LT(r["mesh"]["volume"], 0.216);
+  for (const char* stage : {"read", "measure", "sample", "extract", "write", "cpu"})
+    EXPECT_GE(r["seconds"][stage], 0.0) << stage;
+  Box3 box;
+  for (const Vec3& p : mesh.positions) box.include(p);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_FLOAT_EQ(r["mesh"]["low"][axis], box.low[axis]);
+    EXPECT_FLOAT_EQ(r["mesh"]["high"][axis], box.high[axis]);
+  }
+
+  ASSERT_EQ(run("mesh water.xyz -o c.obj -q --cell 0.05 --order 2 --kernel blinn --recover off --normal gradient "
+                "--threshold 2 --radius 0.05")
+                .exit_code,
+            0);
+  EXPECT_LT(read_mesh(path("c.obj")).triangles.size(), mesh.triangles.size());
+  // What is written can be shown again.
+  EXPECT_EQ(run("render water.xyz -q -o x.png --mesh a.ply" + small).exit_code, 0);
+
+  const auto refused = [&](const std::string& arguments, int exit_code, const std::string& message) {
+    const Outcome refusal = run(arguments);
+    EXPECT_EQ(refusal.exit_code, exit_code) << arguments;
+    EXPECT_NE(refusal.err.find(message), std::string::npos) << arguments << "\n" << refusal.err;
+  };
+  refused("mesh water.xyz", 2, "--output");
+  refused("mesh water.xyz -o x.stl", 1, "x.stl: a mesh is written as .ply or .obj");
+  refused("mesh water.xyz -o no/x.ply", 1, "no/x.ply");
+  refused("mesh none.xyz -o x.ply", 1, "none.xyz");
+  refused("mesh water.xyz -o x.ply --cell 0", 2, "cell 0");
+  refused("mesh water.xyz -o x.ply --cell 1e-9", 1, "too fine");
+  refused("mesh water.xyz -o x.ply --order 0", 2, "order 0");
+  refused("mesh scene.xml -o x.ply", 2, "particle file");
+  EXPECT_FALSE(fs::exists(folder / "x.ply"));
+}
+
 TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz", 2, "--output");
   expect_refused("render -o x.png", 2, "INPUT");
@@ -327,6 +383,10 @@ TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz -o x.png --kernel cubic", 2, "metaball, zhu-bridson, blinn");
   expect_refused("render water.xyz -o x.png --threshold 0", 2, "threshold \"0\"");
   expect_refused("render water.xyz -o x.png --refractions 0", 2, "--refractions");
+  expect_refused("render water.xyz -o x.png --representation points", 2, "direct, mesh");
+  expect_refused("render water.xyz -o x.png --representation mesh --mesh-cell 0", 2, "mesh cell 0");
+  expect_refused("render water.xyz -o x.png --mesh-cell 0.1", 2, "--representation mesh");
+  expect_refused("render water.xyz -o x.png --representation mesh --method thesis", 2, "method \"thesis\"");
   expect_refused("render water.xyz -o x.png --ior 0.2", 2, "refractive index 0.2");
   expect_refused("render water.xyz -o x.png --absorption=-1,0,0", 2, "absorption");
   expect_refused("render water.xyz -o x.png --container 0,0,0,1,1", 2, "6 finite numbers");

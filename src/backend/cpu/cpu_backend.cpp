@@ -3,6 +3,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <mutex>
 #include <tuple>
@@ -76,12 +77,16 @@ bool has_lamps(const LightSet& lights) {
 
 CpuBackend::CpuBackend(const FlatScene& scene) : CpuBackend(scene, select_kernels()) {}
 
-CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels)
-    : kernels_(kernels), embree_(std::make_unique<EmbreeScene>(scene, kernels)) {
+CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : kernels_(kernels) {
+  const auto start = std::chrono::steady_clock::now();
+  embree_ = std::make_unique<EmbreeScene>(scene, kernels);
+  tree_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   view_.flat = scene.view();
+  view_.fluid_meshes = embree_->fluid_meshes().data();
   view_.top = embree_->top();
   view_.ball_sets = embree_->ball_sets().data();
-  view_.has_meshes = !scene.meshes.empty();
+  view_.has_meshes = std::any_of(scene.instances.begin(), scene.instances.end(),
+                                 [](const Instance& instance) { return instance.kind == GeometryKind::mesh; });
   view_.ball_set_count = static_cast<int>(embree_->ball_sets().size());
   path_scene_.materials = scene.materials.data();
   for (std::size_t i = 0; i < scene.media.size(); ++i) path_scene_.media[i] = scene.media[i];

@@ -41,6 +41,8 @@ class CpuBackend {
                               const std::function<void(std::uint64_t)>& done = {}) const;
 
   const KernelTable& kernels() const { return kernels_; }
+  /// What Embree's trees over meshes and balls took to build.
+  double tree_seconds() const { return tree_seconds_; }
   const CpuSceneView& view() const { return view_; }
   const PathScene& path_scene() const { return path_scene_; }
   /// How light that reaches diffuse surfaces is sampled; for checks.
@@ -51,6 +53,7 @@ class CpuBackend {
   std::vector<PixelSample> find_contradicting(const PixelSample* samples, int count, PathBatch& batch) const;
 
   const KernelTable& kernels_;
+  double tree_seconds_ = 0;
   std::unique_ptr<EmbreeScene> embree_;
   std::unique_ptr<LearnedGuide> guide_;
   CpuSceneView view_;

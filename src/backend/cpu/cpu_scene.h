@@ -20,10 +20,11 @@ struct CpuBallSet {
 /// instance ids are indices of instances (null when there is neither).
 struct CpuSceneView {
   SceneView flat;
+  RTCSceneTy* const* fluid_meshes = nullptr;  ///< by Instance::geometry of fluids; null for those that are no mesh
   RTCSceneTy* top = nullptr;
   const CpuBallSet* ball_sets = nullptr;  ///< by Instance::geometry
   int ball_set_count = 0;
-  bool has_meshes = false;
+  bool has_meshes = false;  ///< besides those of fluids
 };
 
 }  // namespace embrun

@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -20,6 +21,10 @@ RTCScene make_mesh_scene(RTCDevice device, const FlatScene& scene, const MeshRan
   RTCScene own = rtcNewScene(device);
   rtcSetSceneFlags(own, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(own, RTC_BUILD_QUALITY_HIGH);
+  if (range.triangle_count == 0) {
+    rtcCommitScene(own);
+    return own;
+  }
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
 
   auto* positions = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -86,7 +91,19 @@ EmbreeScene::EmbreeScene(const FlatScene& scene, const KernelTable& kernels) {
   if (device_ == nullptr) throw Error("Embree does not start on this machine");
   std::vector<RTCScene> meshes;
   for (const MeshRange& range : scene.meshes) meshes.push_back(make_mesh_scene(device_, scene, range));
+  for (const FluidGeometry& fluid : scene.fluids) {
+    fluid_meshes_.push_back(fluid.mesh < 0 ? nullptr : meshes[static_cast<std::size_t>(fluid.mesh)]);
+    if (fluid_meshes_.back() != nullptr) rtcRetainScene(fluid_meshes_.back());
+  }
   ball_sets_.resize(scene.ball_ranges.size());
+  const auto in_top = [](const Instance& i) { return i.kind == GeometryKind::mesh || i.kind == GeometryKind::balls; };
+  if (std::any_of(scene.instances.begin(), scene.instances.end(), in_top)) build_top(scene, meshes, kernels);
+  for (RTCScene mesh : meshes) rtcReleaseScene(mesh);
+  check(device_);
+}
+
+void EmbreeScene::build_top(const FlatScene& scene, const std::vector<RTCSceneTy*>& meshes,
+                            const KernelTable& kernels) {
   top_ = rtcNewScene(device_);
   rtcSetSceneFlags(top_, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -105,13 +122,13 @@ EmbreeScene::EmbreeScene(const FlatScene& scene, const KernelTable& kernels) {
     attach_instance(device_, top_, balls.scene, Transform{}, id);
   }
   rtcCommitScene(top_);
-  for (RTCScene mesh : meshes) rtcReleaseScene(mesh);
-  check(device_);
 }
 
 EmbreeScene::~EmbreeScene() {
   for (const CpuBallSet& balls : ball_sets_)
     if (balls.scene != nullptr) rtcReleaseScene(balls.scene);
+  for (RTCScene mesh : fluid_meshes_)
+    if (mesh != nullptr) rtcReleaseScene(mesh);
   if (top_ != nullptr) rtcReleaseScene(top_);
   if (device_ != nullptr) rtcReleaseDevice(device_);
 }

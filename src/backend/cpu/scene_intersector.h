@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backend/cpu/ball_query.h"
+#include "backend/cpu/fluid_mesh.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_batch.h"
 #include "integrators/scene_hit.h"
@@ -9,30 +10,38 @@
 
 namespace embrun {
 
-/// The fluid of a FluidGeometry as intersect_clipped wants it.
-struct FluidBody {
-  const FluidGeometry& fluid;
+// What follows has linkage, so it lives in the namespace of the instruction set it is compiled for.
+namespace EMBRUN_ISA_NAMESPACE {
 
+/// The fluid `index` of a scene as intersect_clipped wants it.
+struct FluidBody {
+  const CpuSceneView& scene;
+  std::uint32_t index;
+
+  EMBRUN_FN const FluidGeometry& fluid() const { return scene.flat.fluids[index]; }
   EMBRUN_FN bool intersect(const Ray& ray, Side side, SurfaceHit& hit) const {
-    if (fluid.thesis != nullptr) return fluid.thesis->intersect(ray, side, hit);
-    return intersect_implicit_surface(fluid.surface, ray, side, hit);
+    if (fluid().thesis != nullptr) return fluid().thesis->intersect(ray, side, hit);
+    if (fluid().mesh >= 0) return mesh().intersect(ray, side, hit);
+    return intersect_implicit_surface(fluid().surface, ray, side, hit);
   }
   EMBRUN_FN bool contains(Vec3 point) const {
-    return fluid.thesis != nullptr ? fluid.thesis->contains(point) : implicit_surface_contains(fluid.surface, point);
+    if (fluid().thesis != nullptr) return fluid().thesis->contains(point);
+    if (fluid().mesh >= 0) return mesh().contains(point);
+    return implicit_surface_contains(fluid().surface, point);
   }
+
+ private:
+  EMBRUN_FN FluidMesh mesh() const { return {scene.flat, scene.flat.meshes[fluid().mesh], scene.fluid_meshes[index]}; }
 };
 
-EMBRUN_LOCAL_FN bool intersect_fluid(const FluidGeometry& fluid, const Ray& ray, Side side, SurfaceHit& hit) {
-  const FluidBody body{fluid};
+EMBRUN_LOCAL_FN bool intersect_fluid(const FluidBody& body, const Ray& ray, Side side, SurfaceHit& hit) {
+  const FluidGeometry& fluid = body.fluid();
   return fluid.clipped ? intersect_clipped(body, fluid.clip, ray, side, hit) : body.intersect(ray, side, hit);
 }
 
-EMBRUN_LOCAL_FN bool fluid_contains(const FluidGeometry& fluid, Vec3 point) {
-  return !(fluid.clipped && !fluid.clip.contains(point)) && FluidBody{fluid}.contains(point);
+EMBRUN_LOCAL_FN bool fluid_contains(const FluidBody& body, Vec3 point) {
+  return !(body.fluid().clipped && !body.fluid().clip.contains(point)) && body.contains(point);
 }
-
-// What follows has linkage, so it lives in the namespace of the instruction set it is compiled for.
-namespace EMBRUN_ISA_NAMESPACE {
 
 /// The path tracer's intersector on a CPU (see path_stages.h).
 struct CpuIntersector {
@@ -70,7 +79,7 @@ struct CpuIntersector {
       const Instance& instance = scene.flat.instances[k];
       if (instance.kind != GeometryKind::fluid) continue;
       const FluidGeometry& fluid = scene.flat.fluids[instance.geometry];
-      if (instance.identity && !fluid.clipped && fluid.thesis == nullptr) {
+      if (instance.identity && !fluid.clipped && fluid.thesis == nullptr && fluid.mesh < 0) {
         FluidQueries<Queries> rays{queries, k, instance.fluid};
         rays.keep_own_clearances();
         intersect_implicit_surface_batch(fluid.surface, rays);
@@ -95,7 +104,7 @@ struct CpuIntersector {
       const Vec3 own = instance.identity ? point : instance.to_object.point(point);
       int count = 0;
       switch (instance.kind) {
-        case GeometryKind::fluid: count = fluid_contains(scene.flat.fluids[instance.geometry], own) ? 1 : 0; break;
+        case GeometryKind::fluid: count = fluid_contains({scene, instance.geometry}, own) ? 1 : 0; break;
         case GeometryKind::balls: count = in_balls(scene.ball_sets[instance.geometry], own) ? 1 : 0; break;
         case GeometryKind::box: count = scene.flat.boxes[instance.geometry].contains(own) ? 1 : 0; break;
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
@@ -169,7 +178,7 @@ struct CpuIntersector {
   }
 
   bool intersect_placed_fluid(const Instance& instance, const Ray& ray, Side side, SurfaceHit& hit) const {
-    const FluidGeometry& fluid = scene.flat.fluids[instance.geometry];
+    const FluidBody fluid{scene, instance.geometry};
     SurfaceHit met;
     if (instance.identity) {
       Ray own = ray;
@@ -232,21 +241,10 @@ struct CpuIntersector {
 
   EMBRUN_FN void fill_mesh_hit(const Instance& instance, std::uint32_t primitive, float u, float v, const Ray& ray,
                                SurfaceHit& hit) const {
-    const MeshRange& range = scene.flat.meshes[instance.geometry];
-    const MeshTriangle& triangle = scene.flat.mesh_triangles[range.first_triangle + primitive];
-    const Vec3 a = scene.flat.mesh_positions[triangle.a], b = scene.flat.mesh_positions[triangle.b],
-               c = scene.flat.mesh_positions[triangle.c];
-    hit.position = instance.to_world.point(a + u * (b - a) + v * (c - a));
-    hit.geometric_normal = normalize(instance.to_object.transposed(cross(b - a, c - a)));
-    hit.shading_normal = hit.geometric_normal;
-    if (range.smooth) {
-      const Vec3* normals = scene.flat.mesh_normals;
-      const Vec3 smooth = instance.to_object.transposed((1.0f - u - v) * normals[triangle.a] + u * normals[triangle.b] +
-                                                        v * normals[triangle.c]);
-      // A mesh's own normals may point either way; sides are those of the triangles.
-      if (length_squared(smooth) > 0.0f)
-        hit.shading_normal = normalize(dot(smooth, hit.geometric_normal) < 0.0f ? -smooth : smooth);
-    }
+    const MeshPoint point = mesh_point(scene.flat, scene.flat.meshes[instance.geometry], primitive, u, v);
+    hit.position = instance.to_world.point(point.position);
+    hit.geometric_normal = normalize(instance.to_object.transposed(point.across));
+    set_shading_normal(instance.to_object.transposed(point.smooth), hit);
     hit.entering = dot(ray.direction, hit.geometric_normal) < 0.0f;
     hit.triangle = primitive;
     hit.weight_b = u;

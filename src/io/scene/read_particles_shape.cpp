@@ -215,8 +215,10 @@ void add_fluid(SceneReading& reading, SceneObject& shape, ShapeParticles& read, 
   read_surface(shape, fluid.surface);
   fluid.surface.spacing = read.spacing.spacing;
   fluid.surface.radius = static_cast<float>(read.radius.radius);
-  fluid.method = choice<SurfaceMethod>(shape, "method", fluid.method,
-                                       {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}});
+  fluid.method = choice<SurfaceMethod>(
+      shape, "method", fluid.method,
+      {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}, {"mesh", SurfaceMethod::mesh}});
+  fluid.mesh_cell = shape.number("mesh_cell", fluid.mesh_cell);
   const std::optional<Vec3d> low = shape.vector("container_low"), high = shape.vector("container_high");
   if (low.has_value() != high.has_value()) shape.fail("a container has both a 'container_low' and a 'container_high'");
   if (low) fluid.container = Box3d{*low, *high};
