@@ -359,6 +359,23 @@ TEST_F(Cli, WritesMeshes) {
   EXPECT_FALSE(fs::exists(folder / "x.ply"));
 }
 
+// The fluids of a scene file as it says, or as the command line wants them.
+TEST_F(Cli, SwitchesTheRepresentationOfAScene) {
+  ASSERT_EQ(run("render water.xyz --write-scene s.xml --representation mesh --mesh-cell 0.02" + small).exit_code, 0);
+  EXPECT_NE(content_of(folder / "s.xml").find("name=\"method\" value=\"mesh\""), std::string::npos);
+  const auto triangles = [&](const std::string& options) {
+    const Outcome outcome = run("render s.xml -o x.png -q --json r.json --size 12x8 --spp 1 " + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(content_of(folder / "r.json"))["mesh"]["triangles"].get<int>();
+  };
+  const int as_written = triangles("");
+  EXPECT_GT(as_written, 1000);
+  EXPECT_EQ(triangles("--representation direct"), 0);
+  EXPECT_EQ(triangles("--representation mesh"), as_written);
+  // Half the cells' side makes four times the triangles.
+  EXPECT_NEAR(triangles("--mesh-cell 0.01"), 4 * as_written, 0.15 * as_written);
+}
+
 TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz", 2, "--output");
   expect_refused("render -o x.png", 2, "INPUT");

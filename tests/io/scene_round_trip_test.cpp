@@ -53,7 +53,7 @@ TEST(SceneRoundTrip, OfWhatAFileSays) {
       "value=\"density:1=foam\"/><string name=\"kind\" value=\"foam\"/><float name=\"radius\" value=\"0.1\"/></shape>"
       "<shape type=\"particles\"><string name=\"filename\" value=\"p.csv\"/><string name=\"kinds\" "
       "value=\"density:1=foam\"/><float name=\"radius\" value=\"0.1\"/><float name=\"wall_overlap\" "
-      "value=\"0.02\"/></shape>"
+      "value=\"0.02\"/><string name=\"method\" value=\"mesh\"/><float name=\"mesh_cell\" value=\"0.03\"/></shape>"
       "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/></shape>"
       "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/><float name=\"radius\" "
       "value=\"0.3\"/></shape>"
