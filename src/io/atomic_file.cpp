@@ -126,10 +126,10 @@ void check_writable(const fs::path& path) {
 }
 
 void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
-  write_file_atomically(path, [bytes](const ByteSink& sink) { sink(bytes); });
+  stream_file_atomically(path, [bytes](const ByteSink& sink) { sink(bytes); });
 }
 
-void write_file_atomically(const fs::path& path, const std::function<void(const ByteSink& sink)>& fill) {
+void stream_file_atomically(const fs::path& path, const std::function<void(const ByteSink& sink)>& fill) {
   check_writable(path);
   const fs::path target = behind_links(path);
   TemporaryFile file(target);

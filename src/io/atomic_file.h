@@ -13,9 +13,9 @@ namespace embrun {
 /// folder, no permission, disk full, ...).
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-/// The same for what is made piece by piece: `fill` hands them to the sink it is given, in order.
+/// The same as write_file_atomically for what is made piece by piece: `fill` hands them to the sink it is given, in order.
 using ByteSink = std::function<void(std::span<const std::byte> bytes)>;
-void write_file_atomically(const std::filesystem::path& path, const std::function<void(const ByteSink& sink)>& fill);
+void stream_file_atomically(const std::filesystem::path& path, const std::function<void(const ByteSink& sink)>& fill);
 
 /// Throws Error when write_file_atomically(path, ...) could not succeed as things are: the folder is missing or is
 /// no folder or cannot be written to, or the path is itself a folder. For use before hours of rendering.

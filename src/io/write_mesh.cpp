@@ -149,7 +149,7 @@ void check_mesh_path(const std::string& path) {
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, const MeshWriteOptions& options) {
   const MeshFormat format = format_of(path);
-  write_file_atomically(path, [&](const ByteSink& sink) {
+  stream_file_atomically(path, [&](const ByteSink& sink) {
     Buffer out(sink);
     format == MeshFormat::ply ? write_ply(out, mesh, options) : write_obj(out, mesh, options);
     out.flush();
