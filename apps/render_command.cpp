@@ -173,8 +173,9 @@ void add_kind_options(CLI::App& c, RenderArguments& a) {
   c.add_option("--bubble-radius", o.bubble_radius, "metres")->default_str("1/4 of the water's")->group(group);
   c.add_option("--spray-radius", o.spray_radius, "metres")->default_str("1/4 of the water's")->group(group);
   c.add_option("--sand-radius", o.sand_radius, "metres")->default_str("the water's")->group(group);
-  c.add_option("--foam-extinction", a.foam_extinction, "r,g,b (or one number, or inf: opaque) per metre")
-      ->default_str("3 / particle diameter")
+  c.add_option("--foam-extinction", a.foam_extinction,
+               "r,g,b (or one number, or inf: opaque) per metre, where foam lies as close as its diameters")
+      ->default_str("1 / diameter")
       ->group(group);
   c.add_option("--sand-color", a.sand_color, "r,g,b (or one number): reflectance")->default_str("brown")->group(group);
   c.add_option("--tank", o.tank, "metres: thickness of a glass tank, open at the top, round the container")

@@ -6,6 +6,15 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 configure_options=()
 if command -v ccache > /dev/null; then configure_options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
 
+# The program alone, as build/release/apps/embrun.
+build_program() {
+  # Only a fresh build directory learns that there may be no GoogleTest here: test.sh turns the tests on.
+  local tests=()
+  if [ ! -f build/release/CMakeCache.txt ]; then tests=(-DEMBRUN_BUILD_TESTS=OFF -DEMBRUN_BUILD_BENCH=OFF); fi
+  cmake --preset release "${tests[@]}" "${configure_options[@]}"
+  cmake --build --preset release --target embrun_cli
+}
+
 step_names=()
 step_seconds=()
 

@@ -110,8 +110,8 @@ struct RenderOptions {
   std::vector<std::string> foam, bubbles, sand, spray;  ///< files
   /// Radii of those without one in the file; default: 1/2, 1/4, 1 and 1/4 of the fluid's.
   std::optional<double> foam_radius, bubble_radius, sand_radius, spray_radius;
-  std::optional<Color>
-      foam_extinction;  ///< per metre; default: three mean free paths through a particle. Infinite: opaque balls
+  /// Per metre, where foam lies as close as its diameters; default: 1 / diameter. Infinite: opaque balls.
+  std::optional<Color> foam_extinction;
   std::optional<Color> sand_color;  ///< reflectance
   std::optional<double> tank;       ///< thickness of a glass tank round the container, metres
   double tank_ior = 1.5;

@@ -9,7 +9,7 @@ namespace embrun {
 
 /// The mirror direction, on the viewer's side of the true surface.
 EMBRUN_FN BsdfSample mirror_sample(const FacingNormals& normals, Vec3 wo, Rgb weight, float probability) {
-  const BentVector out = bend_reflection(normalize(reflect_about(wo, normals.shading)), normals);
+  const BentVector out = bend_reflection(normalize(reflect_about(wo, normals.shading)), wo, normals);
   BsdfSample s;
   s.valid = s.specular = true;
   s.wi = out.v;
@@ -29,7 +29,7 @@ EMBRUN_FN BsdfSample sample_dielectric(const Bsdf& bsdf, const FacingNormals& no
     s = mirror_sample(normals, wo, grey(1.0f), fresnel.reflectance);
   } else {
     const Vec3 wi = refract_through(wo, normals.shading, cos_i, fresnel.cos_transmitted, bsdf.relative_index);
-    const BentVector out = bend_transmission(normalize(wi), normals);
+    const BentVector out = bend_transmission(normalize(wi), wo, bsdf.relative_index, normals);
     s.valid = s.specular = s.transmitted = true;
     s.weight = grey(refraction_radiance_factor(bsdf.relative_index));
     s.pdf = 1.0f - fresnel.reflectance;

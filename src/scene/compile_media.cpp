@@ -40,7 +40,7 @@ DensityParticles describe(const ParticleMediumDescription& medium, const Placed&
   particles.phase = medium.phase;
   particles.extinctions = medium.extinctions;
   for (Rgb& k : particles.extinctions) k *= scale;
-  // The smooth sum is the density itself: particles that stand for less room there have it from being closer together.
+  // A fluid's smooth sum is the density itself: particles that stand for less room have it from being closer together.
   if (medium.model == DensityModel::balls) particles.factors = medium.densities;
   particles.albedos = medium.albedos;
   particles.emission = glow_of(medium);
@@ -127,8 +127,9 @@ ParticleDensity compile_density(const SceneDescription& scene, Vec3d recentring)
     const VolumeDescription& volume = scene.volumes[i];
     Placed& own = placed[scene.fluids.size() + i];
     own = place_volume(volume, recentring);
-    particles[scene.fluids.size() + i] =
-        describe(volume.medium, own, volume.radius * ball_scale(volume.medium, volume.radius), 2 * volume.radius);
+    DensityParticles& medium = particles[scene.fluids.size() + i];
+    medium = describe(volume.medium, own, volume.radius * ball_scale(volume.medium, volume.radius), 2 * volume.radius);
+    medium.factors = volume.medium.densities;
   }
   return ParticleDensity(particles, scene.overlap);
 }

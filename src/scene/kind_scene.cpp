@@ -47,8 +47,16 @@ KindLook default_look(ParticleKind kind, double radius) {
   KindLook look;
   look.radius = static_cast<double>(static_cast<float>(radius));  // as files hold it
   look.color = kind == ParticleKind::sand ? sand_brown : grey(1);
-  look.extinction = grey(static_cast<float>(1.5 / radius));
+  look.extinction = foam_medium(look.radius).extinction;
   return look;
+}
+
+ParticleMediumDescription foam_medium(double radius) {
+  ParticleMediumDescription medium;
+  medium.model = DensityModel::smooth;
+  medium.density_radius = 0.5 * radius;
+  medium.extinction = grey(static_cast<float>(0.5 / radius));
+  return medium;
 }
 
 MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid) {
@@ -84,6 +92,7 @@ void add_particles(SceneDescription& scene, ParticleKind kind, const std::vector
       volume.positions = positions;
       volume.radii = look.radii;
       volume.radius = look.radius;
+      volume.medium = foam_medium(look.radius);
       volume.medium.extinction = look.extinction;
       volume.medium.albedo = look.color;
       volume.file = source.file;

@@ -7,7 +7,7 @@
 #include "scene/scene_description.h"
 
 // The parts of a scene that particles of each kind are made into, as the thesis has them [Beddiaf2018]: foam is a volume
-// that only scatters, bubbles are balls of air, sand is opaque balls, spray is balls of the fluid. Fluids have priorities
+// that only scatters (here one that fades smoothly, where the thesis has balls), bubbles are balls of air, sand is opaque balls, spray is balls of the fluid. Fluids have priorities
 // from 1 up; where bodies overlap, bubbles win over fluids and glass over bubbles.
 
 namespace embrun {
@@ -24,11 +24,16 @@ struct KindLook {
   double radius = 0;         ///< metres, > 0: of all, or of the median particle where `radii` differ
   std::vector<float> radii;  ///< one per particle, or empty
   Rgb color;                 ///< reflectance of sand, albedo of foam
-  Rgb extinction;            ///< of foam, per metre; infinite: it is balls that reflect `color`
+  Rgb extinction;  ///< of foam, per metre, at a spacing of two radii; infinite: it is balls that reflect `color`
 };
 
-/// Defaults for balls of `radius` metres: foam three mean free paths thick through its middle, and white.
+/// Defaults for balls of `radius` metres: foam as of foam_medium.
 KindLook default_look(ParticleKind kind, double radius);
+
+/// White foam of particles of `radius` metres. The density is the smooth one, which fades over two radii and adds up where
+/// particles crowd: balls of one density have hard rims, and look like peas. A lone particle is 6/pi = 1.9 mean free paths
+/// thick through its middle, and half of that 0.7 radii beside it.
+ParticleMediumDescription foam_medium(double radius);
 
 /// What balls of a kind (bubble, spray, sand) are made of in a scene whose water is `fluid`.
 MaterialDescription default_material(ParticleKind kind, const MaterialDescription& fluid);

@@ -591,7 +591,14 @@ TEST(SceneParticles, OfOtherKinds) {
   EXPECT_EQ(foam.volumes[0].radius, 0.25);
   EXPECT_EQ(foam.volumes[0].positions.size(), 3u);
   EXPECT_EQ(foam.volumes[0].medium.albedo, grey(1));
-  EXPECT_EQ(foam.volumes[0].medium.extinction, grey(6));  // three mean free paths in a diameter of 0.5
+  EXPECT_EQ(foam.volumes[0].medium.extinction, grey(2));  // one over the diameter
+  EXPECT_EQ(foam.volumes[0].medium.model, DensityModel::smooth);
+  // What is said of it leaves the rest as it is.
+  const SceneDescription thin =
+      particles_with(size + "<string name=\"kind\" value=\"foam\"/><float name=\"extinction\" value=\"0.3\"/>");
+  EXPECT_EQ(thin.volumes[0].medium.extinction, grey(0.3f));
+  EXPECT_EQ(thin.volumes[0].medium.model, DensityModel::smooth);
+  EXPECT_EQ(thin.volumes[0].medium.density_radius, 0.125);
   const SceneDescription bubbles = kind("bubble");
   ASSERT_EQ(bubbles.balls.size(), 1u);
   EXPECT_EQ(bubbles.balls[0].balls.size(), 3u);

@@ -65,6 +65,17 @@ TEST(FaceTowards, TellsFrontFromBack) {
   EXPECT_FALSE(back.bent);
 }
 
+// A shading normal farther than 60 degrees from the true one is taken for the nearest that is not.
+TEST(FaceTowards, KeepsTheShadingNormalNearTheTrueOne) {
+  EXPECT_LT(length(face_towards({at(0), at(59)}, at(5)).shading - at(59)), 1e-6);
+  for (const double degrees : {61.0, 89.0, 120.0, 175.0}) {
+    const FacingNormals front = face_towards({at(0), at(degrees)}, at(5));
+    EXPECT_LT(length(front.shading - at(60)), 1e-6);
+    EXPECT_TRUE(front.bent);
+    EXPECT_LT(length(face_towards({at(0), at(degrees)}, at(185)).shading - at(240)), 1e-6);
+  }
+}
+
 // Any normals, any direction, any choice: reflection stays on the side, transmission crosses, weights are those of the
 // furnace, nothing is dropped.
 TEST(ShadingNormal, EveryCaseIsValidAndWhite) {
@@ -98,6 +109,29 @@ TEST(ShadingNormal, AgreeingNormalsAreNeverBent) {
     if (std::fabs(dot(g, wo)) < 2e-5f) continue;
     ASSERT_FALSE(sample_bsdf(water(i % 2 ? 1.33f : 1 / 1.33f), {g, g}, wo, uniform(random), {}).bent);
   }
+}
+
+// Round the inside of a drop, by total reflections whose shading normals send them across: with the true normals the cosine
+// stays 0.3 and a round takes 2 pi / (2 asin 0.3) = 11 of them. Bent to the surface itself, a path would never arrive.
+TEST(ShadingNormal, TotalReflectionsGetOn) {
+  constexpr double tilt = 25;
+  Vec3 d = at(90 - 17.46);
+  double degrees = 0, cosine = 0.3;
+  int reflections = 0;
+  for (; degrees < 360 && reflections < 1000; ++reflections) {
+    const Vec3 outwards = at(degrees);
+    // Turned against the path's way, which is towards +x at the top.
+    const BsdfSample s = sample_bsdf(water(1 / 1.33f), {outwards, at(degrees - tilt)}, -d, 0, {});
+    ASSERT_FALSE(s.transmitted);
+    ASSERT_TRUE(s.bent);
+    cosine = -static_cast<double>(dot(s.wi, outwards));
+    // A chord at that cosine spans twice the angle to the tangent.
+    const double onwards = 2 * std::asin(cosine) * 180 / M_PI;
+    d = s.wi;
+    degrees += onwards;
+  }
+  EXPECT_NEAR(cosine, 0.1, 0.02);
+  EXPECT_LE(reflections, 36);
 }
 
 // Turning the shading normal steadily past the viewer's horizon and the surface's: directions and reflectance change

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/read_particles.h"
 #include "render/transport.h"
 
 namespace embrun {
@@ -138,6 +139,27 @@ TEST(DiffuseFurnace, TheRoomIsTheSameHoweverLightIsSampled) {
     EXPECT_NEAR(m.mean, 2.5, 4 * m.standard_error);
     EXPECT_LT(m.standard_error, 0.05);
   }
+}
+
+// Splashes, where the weighted normal is far from the true one and may face the other way: drops there kept light inside by
+// one total reflection after the other, up to any depth, and the picture had black specks.
+TEST(WhiteFurnace, SplashesKeepNoLight) {
+  SceneDescription scene = scene_seen({0, 1.42, 6.68}, {0, 1.42, 0}, 35, 0, 16);
+  scene.film.width = 1280;
+  scene.film.height = 720;
+  scene.film.crop = PixelWindow{340, 392, 16, 16};
+  scene.integrator.max_depth = 256;
+  FluidDescription water;
+  water.positions = read_particles(EMBRUN_DATA_DIR "/dam_break.bgeo").positions;
+  water.surface.radius = 0.0232f;
+  water.material = dielectric_material(1.33);
+  scene.fluids.push_back(water);
+  const Measured m = render_and_measure(scene);
+  EXPECT_GT(m.mean, 0.999);
+  EXPECT_GT(m.least, 0.9);
+  // The gradient's normals take 9 a path.
+  EXPECT_LT(static_cast<double>(m.counters.scatterings), 12.0 * static_cast<double>(m.counters.paths));
+  EXPECT_EQ(m.counters.contradictions, 0u);
 }
 
 }  // namespace

@@ -110,13 +110,13 @@ bool is_infinite(SceneObject& shape, std::string_view name) {
   return property != nullptr && property->tag != "string" && trimmed(property->get("value")) == "inf";
 }
 
-/// What the particles do to light, if anything is said of it.
+/// What the particles do to light, if anything is said of it; the rest as `medium` has it.
 std::optional<ParticleMediumDescription> read_medium(SceneReading& reading, SceneObject& shape,
-                                                     const ParticleSet& particles) {
+                                                     const ParticleSet& particles,
+                                                     ParticleMediumDescription medium = {}) {
   const bool said = std::any_of(std::begin(medium_properties), std::end(medium_properties),
                                 [&](std::string_view name) { return shape.has(name); });
   if (!said) return std::nullopt;
-  ParticleMediumDescription medium;
   ParticleMediumSources& sources = medium.sources;
   if (is_infinite(shape, "extinction"))
     medium.extinction = grey(infinity);
@@ -255,8 +255,8 @@ void add_volume(SceneReading& reading, SceneObject& shape, ShapeParticles& read,
   volume.more_files = read.more_files;
   volume.kinds = read.kinds;
   volume.radius = static_cast<double>(static_cast<float>(read.radius.radius));
-  if (read.particles.size() > 0) volume.medium.extinction = default_look(ParticleKind::foam, volume.radius).extinction;
-  volume.medium = read_medium(reading, shape, read.particles).value_or(volume.medium);
+  if (read.particles.size() > 0) volume.medium = foam_medium(volume.radius);
+  if (const auto said = read_medium(reading, shape, read.particles, volume.medium)) volume.medium = *said;
   shape.finish();
   if (read.particles.size() == 0) return;
   if (is_opaque(volume.medium.extinction)) {
