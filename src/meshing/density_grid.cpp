@@ -16,7 +16,6 @@ constexpr int tile_side = DensityGrid::tile_side;
 constexpr std::size_t tile_cells = DensityGrid::tile_cells;
 /// Points of a cell along each axis: balls have edges, smooth sums have none.
 constexpr int points_of_balls = 4, points_of_smooth = 1;
-constexpr int most_points = tile_side * points_of_balls;
 
 /// What particles are apart from where they are.
 struct Matter {
@@ -112,9 +111,11 @@ void Sampler::add_row(const Placed& particle, int first, int last, float beside,
   const auto add_all = [&](const auto& weight) {
     add_to(sums.weight, weight, 1.0f);
     if (same_matter_ && !own_albedos_) return;
-    for (int c = 0; c < grid_.channels; ++c) add_to(sums.extinction[static_cast<std::size_t>(c)], weight, particle.matter.extinction[c]);
+    for (int c = 0; c < grid_.channels; ++c)
+      add_to(sums.extinction[static_cast<std::size_t>(c)], weight, particle.matter.extinction[c]);
     if (!own_albedos_) return;
-    for (int c = 0; c < 3; ++c) add_to(sums.scattering[static_cast<std::size_t>(c)], weight, particle.matter.scattering[c]);
+    for (int c = 0; c < 3; ++c)
+      add_to(sums.scattering[static_cast<std::size_t>(c)], weight, particle.matter.scattering[c]);
   };
   if (!smooth_) {
     add_all([](int) { return 1.0f; });
@@ -201,7 +202,8 @@ void Sampler::sample_tile(std::size_t tile, TileSums& sums) const {
     for (std::size_t lane = 0; lane < 16; ++lane) {
       const std::uint32_t ball = balls_.sources()[16 * b + lane];
       if (ball == ParticleBlocks::no_particle) continue;
-      const Vec3 center = (Vec3{block.x[lane], block.y[lane], block.z[lane]} - low) * per_metre - Vec3{0.5f, 0.5f, 0.5f};
+      const Vec3 center =
+          (Vec3{block.x[lane], block.y[lane], block.z[lane]} - low) * per_metre - Vec3{0.5f, 0.5f, 0.5f};
       add({center, per_metre / std::sqrt(block.inverse_influence_squared[lane]), matter_of(sources_[ball])}, sums);
     }
   }
@@ -210,8 +212,7 @@ void Sampler::sample_tile(std::size_t tile, TileSums& sums) const {
 
 }  // namespace
 
-DensityGrid sample_density(const DensityParticles& particles, float cell,
-                           const std::function<void(double)>& progress) {
+DensityGrid sample_density(const DensityParticles& particles, float cell, const std::function<void(double)>& progress) {
   DensityGrid grid;
   grid.cell = cell;
   Sampler sampler(particles, grid);

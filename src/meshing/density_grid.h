@@ -21,7 +21,7 @@ struct DensityGrid {
   std::vector<std::array<int, 3>> tiles;
   int channels = 1;               ///< of the extinction: 1, the same for all three, or 3
   std::vector<float> extinction;  ///< per metre; [(tile 512 + cell) channels + channel], cells x fastest
-  std::vector<Rgb> albedo;        ///< [tile 512 + cell], scattering / extinction; empty where all particles have the same
+  std::vector<Rgb> albedo;  ///< [tile 512 + cell], scattering / extinction; empty where all particles have the same
 };
 
 /// Samples the extinction of one fluid's particles (method section 3, as rays meet it): where balls overlap it is their

@@ -66,7 +66,8 @@ bool can_write_vdb() { return false; }
 
 void require_vdb() {
   throw Error(
-      "this build has no OpenVDB, which writes density grids: install it (on Debian: apt-get install libopenvdb-dev libboost-dev), "
+      "this build has no OpenVDB, which writes density grids: install it (on Debian: apt-get install libopenvdb-dev "
+      "libboost-dev), "
       "configure and build again");
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
@@ -130,8 +131,7 @@ FluidMesher fluid_mesher(FluidMeshCounts* counts, MeshProgress progress) {
   };
 }
 
-SceneDescription with_grid_media(const SceneDescription& scene, FluidMeshCounts* counts,
-                                 const MeshProgress& progress) {
+SceneDescription with_grid_media(const SceneDescription& scene, FluidMeshCounts* counts, const MeshProgress& progress) {
   validate(scene);
   SceneDescription result = scene;
   for (FluidDescription& fluid : result.fluids) {

@@ -249,7 +249,8 @@ std::string to_json(const MeshReport& r) {
                      {"instruction_set", r.instruction_set},
                      {"peak_memory_bytes", std::llround(r.peak_memory_bytes)}};
   json["seconds"] = {{"read", r.read_seconds},       {"measure", r.measure_seconds}, {"sample", r.sample_seconds},
-                     {"extract", r.extract_seconds}, {"density", r.density_seconds}, {"write", r.write_seconds},     {"cpu", r.cpu_seconds}};
+                     {"extract", r.extract_seconds}, {"density", r.density_seconds}, {"write", r.write_seconds},
+                     {"cpu", r.cpu_seconds}};
   json["particles"] = {{"count", r.particles},
                        {"dropped", r.dropped},
                        {"recovered", r.recovered},

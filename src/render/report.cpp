@@ -78,8 +78,7 @@ std::string to_json(const RenderReport& r) {
                      {"surface_bytes", std::llround(r.surface_bytes)}};
   json["seconds"] = {{"read", r.read_seconds},    {"build", r.build_seconds},  {"render", r.render_seconds},
                      {"write", r.write_seconds},  {"total", total_seconds(r)}, {"cpu", r.cpu_seconds},
-                     {"meshing", r.mesh_seconds},
-                     {"grid", r.grid_seconds}, {"tree", r.tree_seconds}};
+                     {"meshing", r.mesh_seconds}, {"grid", r.grid_seconds},    {"tree", r.tree_seconds}};
   json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}, {"grid_cells", r.grid_cells}};
   json["particles"] = {{"count", r.particles},
                        {"dropped", r.dropped},

@@ -93,8 +93,8 @@ TEST(DensityGrid, AveragesBallsThatOverlap) {
     if (index % 37 != 0) return;
     double k[3] = {}, scattering[3] = {};
     for (int point = 0; point < 64; ++point) {
-      const Vec3d x = low + 0.25 * static_cast<double>(grid.cell) *
-                                Vec3d{point % 4 + 0.5, point / 4 % 4 + 0.5, point / 16 + 0.5};
+      const Vec3d x =
+          low + 0.25 * static_cast<double>(grid.cell) * Vec3d{point % 4 + 0.5, point / 4 % 4 + 0.5, point / 16 + 0.5};
       double sum[3] = {}, scattered[3] = {};
       int count = 0;
       for (std::size_t i = 0; i < p.positions.size(); ++i) {
@@ -167,7 +167,8 @@ TEST(DensityGrid, DoesNotDependOnTheNumberOfThreads) {
   p.positions = random_points(3000, 1, 6);
   p.density.radius = 0.03f;
   p.density.extinction = grey(1);
-  for (std::size_t i = 0; i < p.positions.size(); ++i) p.density.factors.push_back(1 + 0.1f * static_cast<float>(i % 7));
+  for (std::size_t i = 0; i < p.positions.size(); ++i)
+    p.density.factors.push_back(1 + 0.1f * static_cast<float>(i % 7));
   DensityGrid grids[2];
   for (int i = 0; i < 2; ++i) {
     tbb::task_arena arena(i == 0 ? 1 : 7);
