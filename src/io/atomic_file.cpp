@@ -68,8 +68,6 @@ class TemporaryFile {
     }
   }
 
-  const fs::path& name() const { return name_; }
-
   void rename_to_target() {
     // Some file systems cannot flush (EINVAL); everything else is a write that failed late.
     if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) {
@@ -136,15 +134,6 @@ void stream_file_atomically(const fs::path& path, const std::function<void(const
   const fs::path target = behind_links(path);
   TemporaryFile file(target);
   fill([&file](std::span<const std::byte> bytes) { file.write(bytes); });
-  file.rename_to_target();
-  flush_folder(folder_of(target));
-}
-
-void write_named_file_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
-  check_writable(path);
-  const fs::path target = behind_links(path);
-  TemporaryFile file(target);
-  write(file.name());
   file.rename_to_target();
   flush_folder(folder_of(target));
 }

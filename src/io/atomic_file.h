@@ -17,10 +17,6 @@ void write_file_atomically(const std::filesystem::path& path, std::span<const st
 using ByteSink = std::function<void(std::span<const std::byte> bytes)>;
 void stream_file_atomically(const std::filesystem::path& path, const std::function<void(const ByteSink& sink)>& fill);
 
-/// The same for what others write by a name: `write` is given that of the temporary file, and fills it without replacing it.
-void write_named_file_atomically(const std::filesystem::path& path,
-                                 const std::function<void(const std::filesystem::path& temporary)>& write);
-
 /// Throws Error when write_file_atomically(path, ...) could not succeed as things are: the folder is missing or is
 /// no folder or cannot be written to, or the path is itself a folder. For use before hours of rendering.
 void check_writable(const std::filesystem::path& path);
