@@ -6,10 +6,6 @@
 #include "geometry/kernel_lanes.h"
 #include "math/lanes.h"
 
-#if defined(__AVX512F__)
-#include <immintrin.h>
-#endif
-
 namespace embrun {
 
 namespace {
@@ -112,29 +108,12 @@ void pad(const CellFrame& frame, const ParticleArrays& list, std::size_t count) 
 EMBRUN_FN void append_less(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::size_t count, F16 a,
                            F16 b, const ParticleArrays& out, std::size_t& kept) {
   const std::size_t valid = count - i < 16 ? count - i : 16;
-#if defined(__AVX512F__)
-  // Intrinsics, since they are far faster than what the compiler makes of the plain loop below.
-  const __mmask16 mask =
-      _mm512_mask_cmp_ps_mask(static_cast<__mmask16>((1u << valid) - 1), a.part[0], b.part[0], _CMP_LT_OQ);
-  _mm512_storeu_ps(out.x + kept, _mm512_maskz_compress_ps(mask, load16(in.x + i).part[0]));
-  _mm512_storeu_ps(out.y + kept, _mm512_maskz_compress_ps(mask, load16(in.y + i).part[0]));
-  _mm512_storeu_ps(out.z + kept, _mm512_maskz_compress_ps(mask, load16(in.z + i).part[0]));
-  if (!frame.equal_radii) {
-    _mm512_storeu_ps(out.reach + kept, _mm512_maskz_compress_ps(mask, load16(in.reach + i).part[0]));
-  }
+  const std::uint32_t mask = mask_less(a, b) & ((1u << valid) - 1u);
+  compress_store16(out.x + kept, load16(in.x + i), mask);
+  compress_store16(out.y + kept, load16(in.y + i), mask);
+  compress_store16(out.z + kept, load16(in.z + i), mask);
+  if (!frame.equal_radii) compress_store16(out.reach + kept, load16(in.reach + i), mask);
   kept += static_cast<std::size_t>(__builtin_popcount(mask));
-#else
-  float left[16], right[16];
-  store16(left, a);
-  store16(right, b);
-  for (std::size_t j = 0; j < valid; ++j) {
-    out.x[kept] = in.x[i + j];
-    out.y[kept] = in.y[i + j];
-    out.z[kept] = in.z[i + j];
-    if (!frame.equal_radii) out.reach[kept] = in.reach[i + j];
-    kept += left[j] < right[j] ? 1 : 0;
-  }
-#endif
 }
 
 std::size_t gather(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
@@ -180,7 +159,7 @@ FieldBounds octant_bounds(const CellFrame& frame, const ParticleArrays& list, st
     KernelLanes<kernel>::value_and_pull(q, f, pull, inverse);
     value += f;
     gx += pull * x, gy += pull * y, gz += pull * z;
-    const CurvatureLanes bend = KernelLanes<kernel>::curvature_within(q * inverse, splat(h));
+    const CurvatureLanes<F16> bend = KernelLanes<kernel>::curvature_within(q * inverse, splat(h));
     down += bend.down;
     up += bend.up;
   }
@@ -250,15 +229,47 @@ struct alignas(64) NodeTable {
 template <int edge>
 constexpr NodeTable<edge> nodes{};
 
-/// D at the nodes of a cell, and sums of the axes' second-derivative ranges.
+/// D at the nodes of a cell.
 template <int edge>
 struct NodeSamples {
   static constexpr int blocks = NodeTable<edge>::blocks;
   F16 block[blocks];
-  float least[3];  ///< over the cell, in units of 1 / (cell side)^2
-  float most[3];
-  float small_maximum;  ///< what particles too small for the nodes may add anywhere
 };
+
+/// Particles from a cell's centre, in units of their own b: node n of a cell of side s is at the squared distance
+/// |n|^2 s^2 + |p|^2 + n . towards, towards = -2 s p.
+struct NodeSources {
+  static constexpr std::size_t room = 64;
+  std::size_t count = 0;
+  float side_square[room], square[room], x[room], y[room], z[room];
+
+  EMBRUN_FN void add(Vec3 p, float side) {
+    const float twice = -2.0f * side;
+    side_square[count] = side * side;
+    square[count] = dot(p, p);
+    x[count] = p.x * twice;
+    y[count] = p.y * twice;
+    z[count] = p.z * twice;
+    ++count;
+  }
+};
+
+/// Adds the sources' kernel at the nodes; `beyond`: all nodes are beyond the cores of all sources.
+template <bool beyond, int edge, Kernel kernel>
+void add_at_nodes(NodeSources& from, F16* block) {
+  for (int k = 0; k < NodeTable<edge>::blocks; ++k) {
+    const F16 x = load16(nodes<edge>.x + 16 * k), y = load16(nodes<edge>.y + 16 * k),
+              z = load16(nodes<edge>.z + 16 * k);
+    const F16 square = load16(nodes<edge>.square + 16 * k);
+    F16 sum = block[k];
+    for (std::size_t i = 0; i < from.count; ++i) {
+      const F16 q = square * from.side_square[i] + from.square[i] + x * from.x[i] + y * from.y[i] + z * from.z[i];
+      sum += beyond ? KernelLanes<kernel>::value_beyond_core(q) : KernelLanes<kernel>::rough_value(q);
+    }
+    block[k] = sum;
+  }
+  from.count = 0;
+}
 
 template <int edge, Kernel kernel>
 NodeSamples<edge> sample_nodes(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
@@ -266,34 +277,41 @@ NodeSamples<edge> sample_nodes(const CellFrame& frame, const ParticleArrays& lis
   NodeSamples<edge> s{};
   const float side = 2.0f * half, gap = side / (edge - 1);
   const float equal_scale = frame.support / frame.reach;
+  NodeSources cores, others;
   for (std::size_t i = 0; i < count; ++i) {
     float scale = equal_scale;
     if (!frame.equal_radii) {
       if (list.reach[i] < gap) continue;
       scale = frame.support / list.reach[i];
     }
-    // Nodes and particle from the cell's centre, in units of b: q = |n|^2 - 2 n.p + |p|^2.
     const Vec3 p = Vec3{list.x[i] - center.x, list.y[i] - center.y, list.z[i] - center.z} * scale;
     const float side_here = side * scale;
-    const Vec3 towards = p * (-2.0f * side_here);
-    const float square = dot(p, p), side_square = side_here * side_here;
     const float away = max_of(max_of(fabsf(p.x), fabsf(p.y)), fabsf(p.z)) - 0.5f * side_here;
-    const auto add = [&](const auto& value_at) {
-      for (int k = 0; k < s.blocks; ++k) {
-        const F16 x = load16(nodes<edge>.x + 16 * k), y = load16(nodes<edge>.y + 16 * k),
-                  z = load16(nodes<edge>.z + 16 * k);
-        const F16 q =
-            load16(nodes<edge>.square + 16 * k) * side_square + square + x * towards.x + y * towards.y + z * towards.z;
-        s.block[k] += value_at(q);
-      }
-    };
     if (away > KernelLanes<kernel>::core) {
-      add([](F16 q) { return KernelLanes<kernel>::value_beyond_core(q); });
+      others.add(p, side_here);
+      if (others.count == NodeSources::room) add_at_nodes<true, edge, kernel>(others, s.block);
     } else {
-      add([](F16 q) { return KernelLanes<kernel>::rough_value(q); });
+      cores.add(p, side_here);
+      if (cores.count == NodeSources::room) add_at_nodes<false, edge, kernel>(cores, s.block);
     }
   }
+  add_at_nodes<true, edge, kernel>(others, s.block);
+  add_at_nodes<false, edge, kernel>(cores, s.block);
+  return s;
+}
 
+/// Ranges of the second derivatives of D along the axes.
+struct CurvatureRanges {
+  float least[3], most[3];  ///< in units of 1 / (cell side)^2
+  float small_maximum;      ///< what particles too small for the nodes may add to D anywhere
+};
+
+/// Over the box center +- half, which is a cell of half `cell_half` or a part of one: sums of the particles' ranges.
+/// Particles that reach less than `gap` are too small for the nodes.
+template <Kernel kernel>
+CurvatureRanges curvature_ranges(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center,
+                                 float half, float cell_half, float gap) {
+  const float equal_scale = frame.support / frame.reach;
   F16 least[3] = {splat(0.0f), splat(0.0f), splat(0.0f)};
   F16 most[3] = {splat(0.0f), splat(0.0f), splat(0.0f)};
   F16 small = splat(0.0f);
@@ -319,7 +337,7 @@ NodeSamples<edge> sample_nodes(const CellFrame& frame, const ParticleArrays& lis
       far_side[a] = (size + half) * scale;
     }
     // Second derivatives per b^2, brought to per cell side squared.
-    const F16 to_cell = used * (scale * scale) * (4.0f * half * half);
+    const F16 to_cell = used * (scale * scale) * (4.0f * cell_half * cell_half);
     for (int a = 0; a < 3; ++a) {
       const int b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
       const F16 near_square = near_side[b] * near_side[b] + near_side[c] * near_side[c];
@@ -331,18 +349,21 @@ NodeSamples<edge> sample_nodes(const CellFrame& frame, const ParticleArrays& lis
       most[a] += range.most * to_cell;
     }
   }
-  for (int a = 0; a < 3; ++a) {
-    s.least[a] = sum_lanes(least[a]);
-    s.most[a] = sum_lanes(most[a]);
-  }
-  s.small_maximum = sum_lanes(small);
-  return s;
+  return {{sum_lanes(least[0]), sum_lanes(least[1]), sum_lanes(least[2])},
+          {sum_lanes(most[0]), sum_lanes(most[1]), sum_lanes(most[2])},
+          sum_lanes(small)};
 }
 
 /// Between nodes h apart a function departs from its trilinear interpolation by at most h^2/8 times the sum over the
 /// axes of its second derivative's bound (linear interpolation along one axis after the other).
 template <int edge>
 constexpr float node_gap = 1.0f / (8.0f * (edge - 1) * (edge - 1));
+
+/// How far a function whose second derivatives along the axes are at most `most` may fall below the interpolation.
+template <int edge>
+float fall_between_nodes(const float most[3]) {
+  return node_gap<edge> * (max_of(0.0f, most[0]) + max_of(0.0f, most[1]) + max_of(0.0f, most[2]));
+}
 
 template <int edge>
 float least_node(const NodeSamples<edge>& s) {
@@ -369,9 +390,9 @@ bool proves_inside(const CellFrame& frame, const ParticleArrays& list, std::size
   }
   constexpr int edge = 4;
   const NodeSamples<edge> s = sample_nodes<edge, kernel>(frame, list, count, center, half);
-  float least = least_node(s);
-  for (int a = 0; a < 3; ++a) least -= node_gap<edge> * max_of(0.0f, s.most[a]);
-  return least > level;
+  const CurvatureRanges bend =
+      curvature_ranges<kernel>(frame, list, count, center, half, half, 2.0f * half / (edge - 1));
+  return least_node(s) - fall_between_nodes<edge>(bend.most) > level;
 }
 
 /// Least-squares quadratic through the nodes, coordinates in cell sides from the centre. On a product grid that is even
@@ -416,19 +437,38 @@ NodeSamples<edge> model_at_nodes(const float q[10]) {
   return model;
 }
 
+/// Least and largest values at the eight corners of each of the boxes between a cell's nodes; the box with the low corner
+/// at node n has number n.
+template <int edge>
+struct BoxBounds {
+  static constexpr int size = 16 * NodeTable<edge>::blocks;
+  float least[size], most[size];
+
+  explicit BoxBounds(const NodeSamples<edge>& s) {
+    for (int k = 0; k < s.blocks; ++k) store16(least + 16 * k, s.block[k]);
+    for (int i = 0; i < size; ++i) most[i] = least[i];
+    for (const int step : {1, edge, edge * edge}) {
+      for (int i = 0; i + step < size; ++i) {
+        least[i] = least[i] < least[i + step] ? least[i] : least[i + step];
+        most[i] = most[i] > most[i + step] ? most[i] : most[i + step];
+      }
+    }
+  }
+};
+
 /// Decides by samples at the nodes how a cell that may hold the surface stands to it, and fits its model.
 template <int edge, Kernel kernel>
 void sample_cell(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
                  float rounding, SurfaceCell& cell) {
   const float threshold = 1.0f / frame.inverse_threshold;
+  const float gap = 2.0f * half / (edge - 1);
   const NodeSamples<edge> s = sample_nodes<edge, kernel>(frame, list, count, center, half);
-  float most = most_node(s), least = least_node(s);
-  for (int a = 0; a < 3; ++a) {
-    most += node_gap<edge> * max_of(0.0f, -s.least[a]);
-    least -= node_gap<edge> * max_of(0.0f, s.most[a]);
-  }
-  if (most + s.small_maximum + rounding < threshold) return;
-  if (least - rounding > threshold) {
+  const CurvatureRanges whole = curvature_ranges<kernel>(frame, list, count, center, half, half, gap);
+  const float fall = fall_between_nodes<edge>(whole.most);
+  const float opposite[3] = {-whole.least[0], -whole.least[1], -whole.least[2]};
+  const float rise = fall_between_nodes<edge>(opposite) + whole.small_maximum;
+  if (most_node(s) + rise + rounding < threshold) return;
+  if (least_node(s) - fall - rounding > threshold) {
     cell.kind = SurfaceCellKind::inside;
     return;
   }
@@ -438,19 +478,51 @@ void sample_cell(const CellFrame& frame, const ParticleArrays& list, std::size_t
   const NodeSamples<edge> model = model_at_nodes<edge>(q);
   NodeSamples<edge> difference;
   for (int k = 0; k < s.blocks; ++k) difference.block[k] = s.block[k] - model.block[k];
-  FieldBounds residual{least_node(difference), most_node(difference)};
-  for (int a = 0; a < 3; ++a) {
-    const float curve = 2.0f * q[4 + a];
-    residual.most += node_gap<edge> * max_of(0.0f, curve - s.least[a]);
-    residual.least -= node_gap<edge> * max_of(0.0f, s.most[a] - curve);
-  }
-  residual.most += s.small_maximum;
+  const BoxBounds<edge> field(s), fit(model), residual(difference);
+  const float bend[3] = {2.0f * q[4], 2.0f * q[5], 2.0f * q[6]}, back[3] = {-bend[0], -bend[1], -bend[2]};
+  const float fit_fall = fall_between_nodes<edge>(bend), fit_rise = fall_between_nodes<edge>(back);
 
-  // The quadratic's own range over the cell: its nodes, and half a gap's worth of its curvature between them.
-  float bend = 0.0f;
-  for (int a = 0; a < 3; ++a) bend += node_gap<edge> * fabsf(2.0f * q[4 + a]);
-  if (most_node(model) + bend + residual.most + rounding < threshold) return;
-  if (least_node(model) - bend + residual.least - rounding > threshold) {
+  // Only where the surface can be does it matter how far the model is off, and box by box it is known better. Octant by
+  // octant so are the second derivatives.
+  static_assert(edge % 2 == 1);
+  constexpr int boxes = (edge - 1) / 2;
+  float upper = -infinity, lower = -infinity;
+  for (int octant = 0; octant < 8; ++octant) {
+    const int x0 = (octant & 1) * boxes, y0 = (octant >> 1 & 1) * boxes, z0 = (octant >> 2) * boxes;
+    bool known = false;
+    float octant_rise = 0.0f, octant_fall = 0.0f;
+    for (int i = 0; i < boxes * boxes * boxes; ++i) {
+      const int box = x0 + i % boxes + edge * (y0 + i / boxes % boxes + edge * (z0 + i / (boxes * boxes)));
+      if (field.most[box] + rise + rounding < threshold) {
+        lower = max_of(lower, fit.most[box] + fit_rise - threshold);
+        continue;
+      }
+      if (field.least[box] - fall - rounding > threshold) {
+        upper = max_of(upper, threshold - (fit.least[box] - fit_fall));
+        continue;
+      }
+      if (!known) {
+        const float off = 0.5f * half;
+        const Vec3 middle = center + Vec3{x0 > 0 ? off : -off, y0 > 0 ? off : -off, z0 > 0 ? off : -off};
+        const CurvatureRanges part = curvature_ranges<kernel>(frame, list, count, middle, off, half, gap);
+        float above[3], below[3];
+        for (int a = 0; a < 3; ++a) {
+          above[a] = part.most[a] - bend[a];
+          below[a] = bend[a] - part.least[a];
+        }
+        octant_fall = fall_between_nodes<edge>(above) + rounding;
+        octant_rise = fall_between_nodes<edge>(below) + whole.small_maximum + rounding;
+        known = true;
+      }
+      const float most = residual.most[box] + octant_rise, least = residual.least[box] - octant_fall;
+      const float fit_most = fit.most[box] + fit_rise - threshold, fit_least = fit.least[box] - fit_fall - threshold;
+      // Of points of the body the model says at least fit_least, and g - most; of others at most fit_most, and g - least.
+      if (fit_most + most >= 0.0f) upper = max_of(upper, min_of(most, -fit_least));
+      if (fit_least + least <= 0.0f) lower = max_of(lower, min_of(-least, fit_most));
+    }
+  }
+  if (upper == -infinity) return;
+  if (lower == -infinity) {
     cell.kind = SurfaceCellKind::inside;
     return;
   }
@@ -462,8 +534,8 @@ void sample_cell(const CellFrame& frame, const ParticleArrays& list, std::size_t
   cell.quadratic[0] = q[0] * frame.inverse_threshold - 1.0f;
   for (int i = 1; i < 4; ++i) cell.quadratic[i] = q[i] * per_side;
   for (int i = 4; i < 10; ++i) cell.quadratic[i] = q[i] * per_side / side;
-  cell.upper = (residual.most + rounding) * frame.inverse_threshold;
-  cell.lower = (rounding - residual.least) * frame.inverse_threshold;
+  cell.upper = upper * frame.inverse_threshold + 1e-6f;
+  cell.lower = lower * frame.inverse_threshold + 1e-6f;
 }
 
 template <Kernel kernel>
@@ -491,12 +563,7 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
     }
   }
 
-  // The finer the nodes, the tighter the model is known: dear in the long lists of wide kernels, where it gains less.
-  if (frame.equal_radii && frame.reach > 4.9f * half) {
-    sample_cell<5, kernel>(frame, list, count, center, half, rounding, cell);
-  } else {
-    sample_cell<6, kernel>(frame, list, count, center, half, rounding, cell);
-  }
+  sample_cell<5, kernel>(frame, list, count, center, half, rounding, cell);
 }
 
 void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,

@@ -21,14 +21,15 @@ enum class SurfaceCellKind : std::uint32_t {
 /// One cell near the surface: a cache line. Lengths are in grid units (the side of a top-level cell),
 /// positions relative to the cell's centre. The quadratic
 ///   q(y) = c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz
-/// models the relative field g = D/T - 1, and  q - lower <= g <= q + upper  is proven all over the cell.
+/// models the relative field g = D/T - 1. It is proven that q + upper >= 0 wherever in the cell g >= 0, and that
+/// q - lower <= 0 wherever g <= 0. In a cell that only recovered particles reach q + upper >= 0 wherever g' >= 0.
 struct alignas(64) SurfaceCell {
   float quadratic[10];
   float upper, lower;
-  std::uint32_t list;  ///< first block of the particle list, or first child
-  std::uint16_t list_blocks;
-  std::uint16_t recovered_blocks;
-  std::uint32_t recovered;  ///< first block of the list of recovered particles
+  std::uint32_t list;              ///< first block of the particle list, or first child
+  std::uint16_t list_eights;       ///< particles in the list over 8, rounded up
+  std::uint16_t recovered_eights;  ///< the same of the recovered ones
+  std::uint32_t recovered;         ///< first block of the list of recovered particles
   SurfaceCellKind kind;
 };
 static_assert(sizeof(SurfaceCell) == 64);
@@ -52,6 +53,12 @@ EMBRUN_FN int skip(std::uint32_t word, int octant) {
 inline constexpr std::size_t packed_stride = 48, packed_recovered_stride = 64;
 inline constexpr std::size_t wide_stride = 64, wide_recovered_stride = 80;
 
+/// The lattice of a cell's list of particles of equal radii, the same along the three axes.
+struct ListLattice {
+  float per_cell;  ///< steps a grid unit
+  float bias;      ///< coordinate of a top-level cell's low corner
+};
+
 /// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.
 /// The surface is max(D/T, D'/T') = 1 (D' the field of the recovered particles).
 struct ImplicitSurfaceView {
@@ -71,8 +78,8 @@ struct ImplicitSurfaceView {
   float recovered_inverse_threshold;  ///< 1/T'
   float inverse_influence;            ///< 1/b in 1/grid units (equal radii)
   float recovered_inverse_influence;  ///< 1/b' (equal radii)
-  float lattice_per_cell;             ///< lattice steps a grid unit (equal radii)
-  float lattice_bias;                 ///< lattice coordinate of a cell's low corner
+  ListLattice lattice;                ///< of packed_lists
+  ListLattice recovered_lattice;      ///< of packed_recovered: finer, since b' is shorter than b
   Kernel kernel;
   NormalMode normal;
   bool equal_radii;

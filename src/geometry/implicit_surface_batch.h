@@ -9,7 +9,7 @@
 namespace embrun {
 
 // Many rays against one implicit surface, as intersect_implicit_surface answers them one by one. Sixteen are under way
-// at a time, a lane each: they step from cell to cell together, so that their reads of memory overlap, and the cells'
+// at a time, a lane each, and sixteen more while these wait: they step from cell to cell together, so that their reads of memory overlap, and the cells'
 // models are tested together. Only where a model cannot rule a crossing out the ray is looked at alone. A lane whose
 // ray has ended takes the next one. What becomes of a ray does not depend on the others.
 //
@@ -22,13 +22,13 @@ namespace embrun {
 
 /// Calls for a near cell's lists.
 EMBRUN_FN void prefetch_lists(const ImplicitSurfaceView& s, const SurfaceCell& cell) {
-  const std::size_t list = cell.list, blocks = cell.list_blocks, recovered = cell.recovered;
+  const std::size_t list = cell.list, blocks = (cell.list_eights + 1u) / 2u, recovered = cell.recovered;
   if (s.equal_radii) {
     prefetch_range(s.packed_lists + list * packed_stride, blocks * packed_stride * sizeof(std::uint16_t));
-    if (cell.recovered_blocks > 0) prefetch_range(s.packed_recovered + recovered * packed_recovered_stride, 128);
+    if (cell.recovered_eights > 0) prefetch_range(s.packed_recovered + recovered * packed_recovered_stride, 128);
   } else {
     prefetch_range(s.wide_lists + list * wide_stride, blocks * wide_stride * sizeof(float));
-    if (cell.recovered_blocks > 0) prefetch_range(s.wide_recovered + recovered * wide_recovered_stride, 320);
+    if (cell.recovered_eights > 0) prefetch_range(s.wide_recovered + recovered * wide_recovered_stride, 320);
   }
 }
 
@@ -189,13 +189,16 @@ EMBRUN_LOCAL_FN void load_records(const ImplicitSurfaceView& s, BatchLanes& lane
     // The first record stands in for the other lanes'.
     rows[lane] = s.cell + ((which >> lane & 1u) != 0 ? word & ~cell_word::near : 0u);
   }
-  transpose16(rows, lanes.record);
+  transpose16(rows, which, lanes.record);
 }
 
 /// Takes all lanes to their next cells.
 EMBRUN_LOCAL_FN void advance_lanes(BatchLanes& lanes, const BatchStep& step) {
   for (int a = 0; a < 3; ++a) store16(lanes.cell[a], step.next[a]);
   store16(lanes.low, step.end);
+  // As RayStart::end_at.
+  store16(lanes.clear_main, min_of(load16(lanes.clear_main), step.end));
+  store16(lanes.clear_recovered, min_of(load16(lanes.clear_recovered), step.end));
   store16(lanes.word, load16(step.next_word));
   lanes.on_surface &= ~step.near;
 }
@@ -226,7 +229,13 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   store16(lanes.model[1], p1);
   store16(lanes.model[2], p2);
   const F16 p0 = sign * value + slack;
-  const F16 from = max_of(low, load16(lanes.clear_main));
+  // The record's counts: list_eights in the low half of number 13, recovered_eights in the high half; then its kind.
+  I16 counts, kind;
+  __builtin_memcpy(&counts, lanes.record[13], sizeof counts);
+  __builtin_memcpy(&kind, lanes.record[15], sizeof kind);
+  const I16 none = splat_int(0);
+  const I16 no_main = equal(counts & 0xffff, none), no_recovered = equal((counts >> 16) & 0xffff, none);
+  const F16 from = max_of(low, select(no_main, load16(lanes.clear_recovered), load16(lanes.clear_main)));
   const F16 zero = splat(0.0f);
   const F16 at_from = p0 + from * (p1 + from * p2), at_high = p0 + high * (p1 + high * p2);
   const F16 slope_from = p1 + 2.0f * (p2 * from), slope_high = p1 + 2.0f * (p2 * high);
@@ -234,14 +243,9 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   const I16 hill = less(p2, zero) & less(zero, slope_from) & less(slope_high, zero) & at_most(zero, disc);
   const I16 main = at_most(from, high) & (at_most(zero, at_from) | at_most(zero, at_high) | hill);
 
-  // The record's counts: list_blocks in the low half of number 13, recovered_blocks in the high half; then its kind.
-  I16 blocks, kind;
-  __builtin_memcpy(&blocks, lanes.record[13], sizeof blocks);
-  __builtin_memcpy(&kind, lanes.record[15], sizeof kind);
-  const I16 none = splat_int(0);
-  const I16 no_main = equal(blocks & 0xffff, none), no_recovered = equal((blocks >> 16) & 0xffff, none);
-  // From outside either field may be met, from inside the main one has to be left.
-  const I16 look = select(inside, no_main | main, select(no_main, none, main) | (no_recovered ^ -1));
+  // From outside either field may be met, from inside the main one has to be left. Where there is no main field the
+  // model bounds the other one.
+  const I16 look = select(inside, no_main | main, main | ((no_main | no_recovered) ^ -1));
   return lane_bits(look | equal(kind, splat_int(static_cast<std::int32_t>(SurfaceCellKind::split))));
 }
 
@@ -273,41 +277,65 @@ EMBRUN_LOCAL_FN bool lane_hit(const ImplicitSurfaceView& s, const BatchLanes& la
   return true;
 }
 
+/// Sixteen lanes and where they are in a step.
+struct BatchGroup {
+  BatchLanes lanes;
+  BatchStep step;
+  std::uint32_t active = 0;
+  std::uint32_t look = 0;  ///< lanes whose cells may hold a crossing
+};
+
+/// The first half of a step, which ends with calling for the particles that the second will read.
+EMBRUN_LOCAL_FN void begin_step(const ImplicitSurfaceView& s, BatchGroup& group) {
+  if (group.active == 0) return;
+  group.step = step_lanes(s, group.lanes, group.active);
+  group.look = 0;
+  if (group.step.near == 0) return;
+  load_records(s, group.lanes, group.step.near);
+  group.look = possible_lanes(group.lanes, group.step) & group.step.near;
+  for (std::uint32_t m = group.look; m != 0; m &= m - 1) {
+    prefetch_lists(s, *surface_record(s, static_cast<std::uint32_t>(group.lanes.word[__builtin_ctz(m)])));
+  }
+}
+
+template <Kernel kernel, bool equal_radii, class Rays>
+EMBRUN_LOCAL_FN void end_step(const ImplicitSurfaceView& s, Rays& rays, int& next, BatchGroup& group) {
+  if (group.active == 0) return;
+  BatchLanes& lanes = group.lanes;
+  std::uint32_t found = 0;
+  for (std::uint32_t m = group.look; m != 0; m &= m - 1) {
+    const int lane = __builtin_ctz(m);
+    if (!lane_hit<kernel, equal_radii>(s, lanes, group.step, lane, rays.hit(lanes.ray[lane]))) continue;
+    rays.settle(lanes.ray[lane], true);
+    found |= 1u << lane;
+  }
+  const std::uint32_t leaving = group.step.leaving & ~found;
+  for (std::uint32_t m = leaving; m != 0; m &= m - 1) rays.settle(lanes.ray[__builtin_ctz(m)], false);
+  advance_lanes(lanes, group.step);
+  for (std::uint32_t m = leaving | found; m != 0; m &= m - 1) {
+    const int lane = __builtin_ctz(m);
+    if (!fill_lane<kernel, equal_radii>(s, rays, next, lanes, lane)) group.active &= ~(1u << lane);
+  }
+}
+
 template <Kernel kernel, bool equal_radii, class Rays>
 EMBRUN_LOCAL_FN void intersect_surface_batch_as(const ImplicitSurfaceView& s, Rays& rays) {
-  BatchLanes lanes;
-  __builtin_memset(&lanes, 0, sizeof lanes);
+  // Two groups take turns: while one reads its particles, those of the other are on their way.
+  BatchGroup groups[2];
   int next = 0;
-  std::uint32_t active = 0;
-  for (int lane = 0; lane < 16; ++lane) {
-    if (!fill_lane<kernel, equal_radii>(s, rays, next, lanes, lane)) break;
-    active |= 1u << lane;
+  for (BatchGroup& group : groups) {
+    __builtin_memset(&group.lanes, 0, sizeof group.lanes);
+    for (int lane = 0; lane < 16; ++lane) {
+      if (!fill_lane<kernel, equal_radii>(s, rays, next, group.lanes, lane)) break;
+      group.active |= 1u << lane;
+    }
   }
-
-  while (active != 0) {
-    const BatchStep step = step_lanes(s, lanes, active);
-    std::uint32_t look = 0;
-    if (step.near != 0) {
-      load_records(s, lanes, step.near);
-      look = possible_lanes(lanes, step) & step.near;
-    }
-    for (std::uint32_t m = look; m != 0; m &= m - 1) {
-      prefetch_lists(s, *surface_record(s, static_cast<std::uint32_t>(lanes.word[__builtin_ctz(m)])));
-    }
-    std::uint32_t found = 0;
-    for (std::uint32_t m = look; m != 0; m &= m - 1) {
-      const int lane = __builtin_ctz(m);
-      if (!lane_hit<kernel, equal_radii>(s, lanes, step, lane, rays.hit(lanes.ray[lane]))) continue;
-      rays.settle(lanes.ray[lane], true);
-      found |= 1u << lane;
-    }
-    const std::uint32_t leaving = step.leaving & ~found;
-    for (std::uint32_t m = leaving; m != 0; m &= m - 1) rays.settle(lanes.ray[__builtin_ctz(m)], false);
-    advance_lanes(lanes, step);
-    for (std::uint32_t m = leaving | found; m != 0; m &= m - 1) {
-      const int lane = __builtin_ctz(m);
-      if (!fill_lane<kernel, equal_radii>(s, rays, next, lanes, lane)) active &= ~(1u << lane);
-    }
+  begin_step(s, groups[0]);
+  while ((groups[0].active | groups[1].active) != 0) {
+    begin_step(s, groups[1]);
+    end_step<kernel, equal_radii>(s, rays, next, groups[0]);
+    begin_step(s, groups[0]);
+    end_step<kernel, equal_radii>(s, rays, next, groups[1]);
   }
 }
 

@@ -36,32 +36,143 @@ struct RayStart {
   bool on_surface = false;  ///< it starts on the surface, in this cell
   float clear_main = 0.0f;  ///< no crossing of the main field's surface before this t
   float clear_recovered = 0.0f;
+
+  /// What is known comes from the particles that are felt in the cell where the ray starts, which ends at t.
+  EMBRUN_FN void end_at(float t) {
+    clear_main = min_of(clear_main, t);
+    clear_recovered = min_of(clear_recovered, t);
+  }
 };
 
-/// A crossing inside one cell, before normals.
+/// A ray that starts this close to a face of its cell may have left the surface in the next one, by rounding.
+EMBRUN_FN void forget_beside_face(float from_low_face, float side, RayStart& start) {
+  const float margin = 1e-3f * side;
+  if (from_low_face < margin || from_low_face > side - margin) start.end_at(0.0f);
+}
+
+/// A crossing inside one cell.
 struct CellCrossing {
   float t;
   SurfaceBranch branch;
+  bool placed = false;   ///< t is exact, and the rest is known
+  FieldNormals normals;  ///< there
+  float reach;           ///< grid units within which the normals' rise and fall hold
 };
+
+/// How far from a point of a surface the bounds on the field's curvature are asked for: far enough to be of use, near
+/// enough for them to be tight; with mixed radii there is no one such distance.
+template <SurfaceBranch branch, bool equal_radii>
+EMBRUN_FN float bounded_reach(const ImplicitSurfaceView& s) {
+  return equal_radii ? clearance_reach / equal_inverse_influence<branch>(s) : 0.0f;
+}
+
+/// Brings a crossing of one field near `c.t` to its exact place. With `bounds_known` the normals' rise and fall are left.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii, bool bounds_known>
+EMBRUN_LOCAL_FN void place_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                    const Vec3& direction, bool inside, CellCrossing& c) {
+  const float rise = c.normals.rise, fall = c.normals.fall;
+  if constexpr (!bounds_known) c.reach = bounded_reach<branch, equal_radii>(s);
+  for (int i = 0; i < 4; ++i) {
+    c.normals = field_normals<kernel, branch, equal_radii, !bounds_known>(s, cell, origin + direction * c.t, c.reach);
+    // A last step of Newton's; the normals of where it starts do if it is short.
+    const float slope = -dot(c.normals.gradient, direction);
+    const float step = (inside ? slope < 0.0f : slope > 0.0f) ? -c.normals.value / slope : 0.0f;
+    const float longest = min_of(0.1f, 0.5f / max_of(fabsf(slope), 1e-6f));
+    c.t = max_of(c.t + clamp(step, -longest, longest), 0.0f);
+    if (fabsf(step) <= crossing_tolerance) break;
+  }
+  if constexpr (bounds_known) {
+    c.normals.rise = rise;
+    c.normals.fall = fall;
+  }
+  c.placed = true;
+}
+
+/// What one evaluation tells of the part of a ray in a cell.
+enum class Settled { no_crossing, crossing, open };
+
+/// Settles by one evaluation at `guess` whether and where F = sign * g crosses 0 first in [low, high], if it can: with
+/// the normals that a hit needs, and bounds that hold in all directions. They are looser than those of first_crossing,
+/// but nearly always enough, since a model says where the crossing is. If it cannot, moves `low` to where F is known to
+/// be below 0 up to, and `guess` to where to look next, or beyond `high`: wherever the model says. `curve`: what F'' is thought to be.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
+EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                        const Vec3& direction, float sign, float curve, float& low, float high,
+                                        float& guess, CellCrossing& crossing) {
+  const float reach = bounded_reach<branch, equal_radii>(s);
+  crossing.branch = branch;
+  crossing.placed = false;
+  crossing.normals = field_normals<kernel, branch, equal_radii, true>(s, cell, origin + direction * guess, reach);
+  const FieldNormals& n = crossing.normals;
+  const float value = sign * n.value, slope = -sign * dot(n.gradient, direction);
+  const float up = max_of(sign > 0.0f ? n.rise : n.fall, 1e-12f);
+  const float down = max_of(sign > 0.0f ? n.fall : n.rise, 1e-12f);
+  const float behind = guess - low, ahead = high - guess, at = guess;
+  guess = low;
+  if (behind > reach) return Settled::open;
+  float first, last;  // the crossing is between these distances from the guess
+  if (value < 0.0f) {
+    // F(guess + x) < value + slope x + up x^2 / 2, which is below 0 from one root to the other.
+    const float root = sqrtf(slope * slope - 2.0f * up * value);
+    if ((slope > 0.0f ? (slope + root) / up : -2.0f * value / (root - slope)) < behind) return Settled::open;
+    first = min_of(slope > 0.0f ? -2.0f * value / (slope + root) : (root - slope) / up, reach);
+    if (first > ahead) return Settled::no_crossing;
+    low = max_of(low, at + first);
+    guess = infinity;
+    // F is above value + slope x - down x^2 / 2, and rises up to where that is highest: it crosses once before.
+    const float disc = slope * slope + 2.0f * down * value;
+    if (slope <= 0.0f || disc < 0.0f) return Settled::open;
+    last = -2.0f * value / (slope + sqrtf(disc));
+    if (last > min_of(ahead, reach)) return Settled::open;
+  } else {
+    const float disc = slope * slope - 2.0f * up * value;
+    if (slope > 0.0f) guess = max_of(low, at - value / slope);
+    if (slope <= 0.0f || disc < 0.0f) return Settled::open;
+    const float root = sqrtf(disc);
+    first = -2.0f * value / (slope + root);
+    if (-first > behind || -first > slope / down || (slope + root) / up < behind) return Settled::open;
+    last = -2.0f * value / (slope + sqrtf(slope * slope + 2.0f * down * value));
+  }
+  const float disc = slope * slope - 2.0f * curve * value;
+  const float step = clamp(disc > 0.0f ? -2.0f * value / (slope + sqrtf(disc)) : -value / slope, first, last);
+  crossing.t = at + step;
+  crossing.reach = reach - fabsf(step);
+  crossing.placed = true;
+  if (fabsf(step) > crossing_tolerance)
+    place_crossing<kernel, branch, equal_radii, true>(s, cell, origin, direction, sign < 0.0f, crossing);
+  return Settled::crossing;
+}
 
 /// First crossing of the main field's side change within [low, high]; `origin` is relative to the cell's centre
 /// and t = 0 there; `model` is that of model_along.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                                    const Vec3& direction, float sign, const Parabola& model, float low, float high,
-                                   bool starts_on_surface, float& t) {
+                                   bool starts_on_surface, CellCrossing& crossing) {
+  constexpr SurfaceBranch branch = SurfaceBranch::main;
   const float slack = sign > 0.0f ? cell.upper : cell.lower;
   if (!first_possible(model, slack, low, high)) return false;
-  const float guess = likely_crossing(model, low, high);
-  return first_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, sign, model, slack, low,
-                                                                  high, guess, starts_on_surface, nullptr, t);
+  float guess = likely_crossing(model, low, high);
+  // A ray that has just left the surface runs along it: bounds for its direction alone take it farther.
+  if (equal_radii && !starts_on_surface && guess > low) {
+    const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign,
+                                                                         2.0f * model.p2, low, high, guess, crossing);
+    if (settled != Settled::open) return settled == Settled::crossing;
+    if (!first_possible(model, slack, low, high)) return false;
+    if (!(guess >= low && guess <= high)) guess = likely_crossing(model, low, high);
+  }
+  crossing.branch = branch;
+  crossing.placed = false;
+  return first_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, model, slack, low, high, guess,
+                                                     starts_on_surface, nullptr, crossing.t);
 }
 
 /// The same for the recovered particles' field, which has no model. `at_low`: the field at `low`, or null.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                                         const Vec3& direction, float sign, float low, float high,
-                                        bool starts_on_surface, const FieldOnLine* at_low, float& t) {
+                                        bool starts_on_surface, const FieldOnLine* at_low, CellCrossing& crossing) {
+  constexpr SurfaceBranch branch = SurfaceBranch::recovered;
   const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
   float guess = span.ball_exit > low ? min_of(span.ball_exit, high) : low;
   if (sign > 0.0f) {
@@ -71,9 +182,19 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
     if (low > high) return false;
     guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
   }
+  const float from = low;
+  if (equal_radii && !starts_on_surface) {
+    const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign, 0.0f, low,
+                                                                         high, guess, crossing);
+    if (settled != Settled::open) return settled == Settled::crossing;
+    if (!(guess >= low && guess <= high)) guess = low;
+    if (low > from) at_low = nullptr;
+  }
+  crossing.branch = branch;
+  crossing.placed = false;
   const Parabola none{0.0f, 0.0f, 0.0f};
-  return first_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, sign, none, 1.0f,
-                                                                       low, high, guess, starts_on_surface, at_low, t);
+  return first_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, none, 1.0f, low, high, guess,
+                                                     starts_on_surface, at_low, crossing.t);
 }
 
 /// Where the recovered field is farther from 0 than this at a crossing of the main one that is not exact yet, it is so at
@@ -107,26 +228,26 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
   const bool main_start = start.on_surface && start.clear_main == 0.0f;
   const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
-  const bool has_main = cell.list_blocks > 0;
-  const bool has_recovered = cell.recovered_blocks > 0;
+  const bool has_main = cell.list_eights > 0;
+  const bool has_recovered = cell.recovered_eights > 0;
+  const auto refined = [&]<SurfaceBranch branch>(const CellCrossing& c, float sign, float least, float most) {
+    if (c.placed) return c.t;
+    return clamp(refine_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, c.t), least, most);
+  };
+  CellCrossing other;
   if (!inside) {
     bool found = false;
     if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, model,
-                                                       max_of(low, start.clear_main), high, main_start, hit.t)) {
-      hit.branch = SurfaceBranch::main;
+                                                       max_of(low, start.clear_main), high, main_start, hit)) {
       found = true;
-      if (has_recovered) {
-        hit.t =
-            clamp(refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, 1.0f, hit.t),
-                  low, high);
-      }
+      if (has_recovered) hit.t = refined.template operator()<SurfaceBranch::main>(hit, 1.0f, low, high);
       high = hit.t;
     }
-    float t;
-    if (has_recovered &&
-        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, max_of(low, start.clear_recovered),
-                                                high, recovered_start, nullptr, t)) {
-      hit = {t, SurfaceBranch::recovered};
+    low = max_of(low, start.clear_recovered);
+    if (has_recovered && (has_main || first_possible(model, cell.upper, low, high)) &&
+        recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, recovered_start, nullptr,
+                                                other)) {
+      hit = other;
       found = true;
     }
     return found;
@@ -134,32 +255,31 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other; where a field is
   // under its threshold already, its crossing is found at once.
   const float begin = low;
-  hit = {low, SurfaceBranch::main};
+  hit = {low, SurfaceBranch::main, false, {}, 0.0f};
   for (int i = 0; i < 16; ++i) {
-    float t = low;
     if (has_main) {
       if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, model, max_of(low, start.clear_main),
-                                              high, main_start && i == 0, t)) {
+                                              high, main_start && i == 0, other)) {
         return false;
       }
-      if (i > 0 && t <= low + crossing_tolerance) {
+      if (i > 0 && other.t <= low + crossing_tolerance) {
         // Both end here; the later one by their exact places is the surface.
-        t = refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, -1.0f, t);
-        if (t > low && t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = {t, SurfaceBranch::main};
+        other.t = refined.template operator()<SurfaceBranch::main>(other, -1.0f, -infinity, infinity);
+        if (other.t > low && other.t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = other;
         return true;
       }
-      if (has_recovered && fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(
-                               s, cell, origin + direction * t)) < close_to_surface) {
-        t = clamp(refine_crossing<kernel, SurfaceBranch::main, equal_radii>(s, cell, origin, direction, -1.0f, t), low,
-                  high);
+      if (has_recovered && !other.placed &&
+          fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin + direction * other.t)) <
+              close_to_surface) {
+        other.t = refined.template operator()<SurfaceBranch::main>(other, -1.0f, low, high);
       }
-      hit = {t, SurfaceBranch::main};
-      low = t;
+      hit = other;
+      low = hit.t;
     }
     if (!has_recovered) return true;
     if (start.clear_recovered > low) {
       low = start.clear_recovered;
-      hit = {low, SurfaceBranch::recovered};
+      hit = {low, SurfaceBranch::recovered, false, {}, 0.0f};
     }
     if (low > high) return false;
     const bool at_begin = i == 0 && low <= begin + crossing_tolerance;
@@ -180,20 +300,17 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       if (value <= 0.0f && !(may_start && starts)) {
         // Rounding put the ray across before it began: through the surface that is the nearer one.
         if (at_begin && !(has_main && field_value<kernel, SurfaceBranch::main, equal_radii>(s, cell, y) >= value))
-          hit.branch = SurfaceBranch::recovered;
+          hit = {low, SurfaceBranch::recovered, false, {}, 0.0f};
         return true;
       }
       at_low = &r;
     }
-    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, t)) {
+    if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, other)) {
       return false;
     }
-    if (has_main) {
-      t = clamp(refine_crossing<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin, direction, -1.0f, t),
-                low, high);
-    }
-    hit = {t, SurfaceBranch::recovered};
-    low = t;
+    if (has_main) other.t = refined.template operator()<SurfaceBranch::recovered>(other, -1.0f, low, high);
+    hit = other;
+    low = hit.t;
     if (!has_main) return true;
   }
   return true;
@@ -204,21 +321,12 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                               const Vec3& direction, CellCrossing& crossing, bool inside, SurfaceHit& hit) {
   const bool main = crossing.branch == SurfaceBranch::main;
-  // Far enough to be of use, near enough for the bounds to be tight; with mixed radii there is no one such distance.
-  const float reach =
-      equal_radii ? clearance_reach / (main ? s.inverse_influence : s.recovered_inverse_influence) : 0.0f;
-  FieldNormals n;
-  for (int i = 0; i < 4; ++i) {
-    const Vec3 y = origin + direction * crossing.t;
-    n = main ? field_normals<kernel, SurfaceBranch::main, equal_radii>(s, cell, y, reach)
-             : field_normals<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, y, reach);
-    // A last step of Newton's; the normals of where it starts do if it is short.
-    const float slope = -dot(n.gradient, direction);
-    const float step = (inside ? slope < 0.0f : slope > 0.0f) ? -n.value / slope : 0.0f;
-    const float longest = min_of(0.1f, 0.5f / max_of(fabsf(slope), 1e-6f));
-    crossing.t = max_of(crossing.t + clamp(step, -longest, longest), 0.0f);
-    if (fabsf(step) <= crossing_tolerance) break;
+  if (!crossing.placed) {
+    main ? place_crossing<kernel, SurfaceBranch::main, equal_radii, false>(s, cell, origin, direction, inside, crossing)
+         : place_crossing<kernel, SurfaceBranch::recovered, equal_radii, false>(s, cell, origin, direction, inside,
+                                                                                crossing);
   }
+  const FieldNormals& n = crossing.normals;
   const float gradient = length(n.gradient);
   const float weighted = length(n.weighted);
   const Vec3 against = inside ? direction : -direction;
@@ -231,7 +339,7 @@ EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& c
   hit.gradient = gradient * per_metre;
   hit.rise = n.rise * per_metre * per_metre;
   hit.fall = n.fall * per_metre * per_metre;
-  hit.reach = reach * s.cell_size;
+  hit.reach = crossing.reach * s.cell_size;
 }
 
 /// t at which the ray leaves the box [low, high] and through which axis.
@@ -279,6 +387,9 @@ EMBRUN_LOCAL_FN bool split_hit(const ImplicitSurfaceView& s, const SurfaceCell& 
     int axis;
     const Vec3 h{half, half, half};
     const float end = min_of(high, max_of(box_exit(ray, middle - h, middle + h, axis), low));
+    if (guard == 0) {
+      for (int a = 0; a < 3; ++a) forget_beside_face(p[a] - middle[a] + half, 2.0f * half, start);
+    }
     if (cell->kind == SurfaceCellKind::near) {
       const Vec3 origin = ray.origin - middle;
       const Parabola model = model_along(*cell, origin, ray.direction, inside ? -1.0f : 1.0f);
@@ -287,6 +398,7 @@ EMBRUN_LOCAL_FN bool split_hit(const ImplicitSurfaceView& s, const SurfaceCell& 
       }
       start.on_surface = false;
     }
+    start.end_at(end);
     low = end + 1e-6f + 1e-6f * half;
     if (end >= high || low >= high) return false;
   }

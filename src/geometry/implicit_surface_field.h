@@ -28,16 +28,18 @@ struct FieldNormals {
   float rise, fall;  ///< -fall <= g'' <= rise in every direction, within the distance asked for
 };
 
-/// Sixteen particles of a list relative to a point, in units of their influence radii.
+/// As many particles of a list as a register holds, relative to a point, in units of their influence radii.
 struct ParticleLanes {
-  F16 x, y, z;
-  F16 inverse_influence;
-  F16 weight;  ///< of the recovered branch
+  RegisterLanes x, y, z;
+  RegisterLanes inverse_influence;
+  RegisterLanes weight;  ///< of the recovered branch
 };
 
+/// How many of those a cell's list makes.
 template <SurfaceBranch branch>
-EMBRUN_FN std::uint32_t block_count(const SurfaceCell& cell) {
-  return branch == SurfaceBranch::main ? cell.list_blocks : cell.recovered_blocks;
+EMBRUN_FN int group_count(const SurfaceCell& cell) {
+  const int eights = branch == SurfaceBranch::main ? cell.list_eights : cell.recovered_eights;
+  return (8 * eights + register_lanes - 1) / register_lanes;
 }
 
 /// 1/b of all particles, or 1/b' of the recovered ones, where radii are equal.
@@ -46,44 +48,51 @@ EMBRUN_FN float equal_inverse_influence(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_influence : s.recovered_inverse_influence;
 }
 template <SurfaceBranch branch>
+EMBRUN_FN const ListLattice& lattice(const ImplicitSurfaceView& s) {
+  return branch == SurfaceBranch::main ? s.lattice : s.recovered_lattice;
+}
+template <SurfaceBranch branch>
 EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_threshold : s.recovered_inverse_threshold;
 }
 
-/// Block `i` of the cell's list, relative to `origin` in the coordinates of lists.
+/// Group `i` of the cell's list, relative to `origin` in the coordinates of lists.
 template <SurfaceBranch branch, bool equal_radii>
-EMBRUN_FN ParticleLanes load_block(const ImplicitSurfaceView& s, const SurfaceCell& cell, std::uint32_t i,
-                                   Vec3 origin) {
+EMBRUN_FN ParticleLanes load_group(const ImplicitSurfaceView& s, const SurfaceCell& cell, int i, Vec3 origin) {
   constexpr bool recovered = branch == SurfaceBranch::recovered;
-  const std::size_t block = static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + i;
+  constexpr int groups = 16 / register_lanes;  // of a block
+  const std::size_t block =
+      static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + static_cast<std::size_t>(i / groups);
+  const std::size_t first = static_cast<std::size_t>(i % groups * register_lanes);
+  const auto load = [](const auto* from) { return load_lanes<RegisterLanes>(from); };
   ParticleLanes p;
   if constexpr (equal_radii) {
     constexpr std::size_t stride = recovered ? packed_recovered_stride : packed_stride;
-    const std::uint16_t* list = (recovered ? s.packed_recovered : s.packed_lists) + block * stride;
-    p.inverse_influence = splat(equal_inverse_influence<branch>(s));
-    const float scale = equal_inverse_influence<branch>(s) / s.lattice_per_cell;
-    p.x = load16(list) * scale - origin.x;
-    p.y = load16(list + 16) * scale - origin.y;
-    p.z = load16(list + 32) * scale - origin.z;
-    if constexpr (recovered) p.weight = load16(list + 48) * (1.0f / 65535.0f);
+    const std::uint16_t* list = (recovered ? s.packed_recovered : s.packed_lists) + block * stride + first;
+    p.inverse_influence = RegisterLanes(equal_inverse_influence<branch>(s));
+    const float scale = equal_inverse_influence<branch>(s) / lattice<branch>(s).per_cell;
+    p.x = load(list) * scale - origin.x;
+    p.y = load(list + 16) * scale - origin.y;
+    p.z = load(list + 32) * scale - origin.z;
+    if constexpr (recovered) p.weight = load(list + 48) * (1.0f / 65535.0f);
   } else {
     constexpr std::size_t stride = recovered ? wide_recovered_stride : wide_stride;
-    const float* list = (recovered ? s.wide_recovered : s.wide_lists) + block * stride;
-    p.inverse_influence = load16(list + 48);
-    p.x = (load16(list) - origin.x) * p.inverse_influence;
-    p.y = (load16(list + 16) - origin.y) * p.inverse_influence;
-    p.z = (load16(list + 32) - origin.z) * p.inverse_influence;
-    if constexpr (recovered) p.weight = load16(list + 64);
+    const float* list = (recovered ? s.wide_recovered : s.wide_lists) + block * stride + first;
+    p.inverse_influence = load(list + 48);
+    p.x = (load(list) - origin.x) * p.inverse_influence;
+    p.y = (load(list + 16) - origin.y) * p.inverse_influence;
+    p.z = (load(list + 32) - origin.z) * p.inverse_influence;
+    if constexpr (recovered) p.weight = load(list + 64);
   }
   return p;
 }
 
-/// A point of the cell as load_block wants it: in influence radii from the lattice's zero, or as it is where radii differ.
+/// A point of the cell as load_group wants it: in influence radii from the lattice's zero, or as it is where radii differ.
 template <SurfaceBranch branch, bool equal_radii>
 EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
   if constexpr (equal_radii) {
     const float radii = equal_inverse_influence<branch>(s);
-    const float shift = (s.lattice_bias / s.lattice_per_cell + 0.5f) * radii;
+    const float shift = (lattice<branch>(s).bias / lattice<branch>(s).per_cell + 0.5f) * radii;
     return y * radii + Vec3{shift, shift, shift};
   } else {
     return y;
@@ -92,8 +101,8 @@ EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
 
 /// Of the line along the unit vector `d` through the point, from the particles; `ahead` is p . d. Not |p|^2 - ahead^2: a
 /// small particle is hundreds of its radii away, and nothing would be left of the difference.
-EMBRUN_FN F16 squared_distance_of_line(const ParticleLanes& p, F16 ahead, Vec3 d) {
-  const F16 x = p.x - ahead * d.x, y = p.y - ahead * d.y, z = p.z - ahead * d.z;
+EMBRUN_FN RegisterLanes squared_distance_of_line(const ParticleLanes& p, RegisterLanes ahead, Vec3 d) {
+  const RegisterLanes x = p.x - ahead * d.x, y = p.y - ahead * d.y, z = p.z - ahead * d.z;
   return x * x + y * y + z * z;
 }
 
@@ -107,19 +116,21 @@ template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bound
 EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                           const Vec3& d, float begin, float end) {
   const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
-  F16 value = splat(0.0f), slope = value, up = value, down = value;
-  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
-    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
-    const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
-    const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
-    const F16 aside = equal_radii ? max_of(q - ahead * ahead, splat(0.0f)) : squared_distance_of_line(p, ahead, d);
-    LineLanes f;
+  RegisterLanes value = RegisterLanes(0.0f), slope = value, up = value, down = value;
+  const int groups = group_count<branch>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+    const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
+    const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
+    const RegisterLanes aside =
+        equal_radii ? max_of(q - ahead * ahead, RegisterLanes(0.0f)) : squared_distance_of_line(p, ahead, d);
+    LineLanes<RegisterLanes> f;
     if constexpr (bounds == BoundsFor::segment) {
       f = KernelLanes<kernel>::on_segment(q, ahead, aside, p.inverse_influence * begin, p.inverse_influence * end);
     } else {
       f = KernelLanes<kernel>::on_line(q, ahead, aside);
     }
-    F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
+    RegisterLanes first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
     if constexpr (branch == SurfaceBranch::recovered) {
       f.value = f.value * p.weight;
       first = first * p.weight;
@@ -148,41 +159,47 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y) {
   const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
-  F16 value = splat(0.0f);
-  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
-    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
-    F16 f = KernelLanes<kernel>::value(p.x * p.x + p.y * p.y + p.z * p.z);
+  RegisterLanes value = RegisterLanes(0.0f);
+  const int groups = group_count<branch>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+    RegisterLanes f = KernelLanes<kernel>::value(p.x * p.x + p.y * p.y + p.z * p.z);
     if constexpr (branch == SurfaceBranch::recovered) f = f * p.weight;
     value += f;
   }
   return sum_lanes(value) * inverse_threshold<branch>(s) - 1.0f;
 }
 
-template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
+/// With `bounded` also rise and fall, over the distance `within`; else they are 0.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii, bool bounded>
 EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
-                                           float within) {
+                                           [[maybe_unused]] float within) {
   const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
-  F16 wx = splat(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx, sum = wx;
-  for (std::uint32_t i = 0; i < block_count<branch>(cell); ++i) {
-    const ParticleLanes p = load_block<branch, equal_radii>(s, cell, i, origin);
-    const F16 q = p.x * p.x + p.y * p.y + p.z * p.z;
-    F16 value, pull, inverse;
+  RegisterLanes wx = RegisterLanes(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx, sum = wx;
+  const int groups = group_count<branch>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+    const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
+    RegisterLanes value, pull, inverse;
     KernelLanes<kernel>::value_and_pull(q, value, pull, inverse);
-    const CurvatureLanes bend = KernelLanes<kernel>::curvature_within(q * inverse, p.inverse_influence * within);
-    F16 first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
-    F16 w = value * inverse;
+    RegisterLanes first = p.inverse_influence;
+    RegisterLanes w = value * inverse;
     if constexpr (branch == SurfaceBranch::recovered) {
       value = value * p.weight;
       w = w * p.weight;
       first = first * p.weight;
-      second = second * p.weight;
+    }
+    if constexpr (bounded) {
+      const CurvatureLanes<RegisterLanes> bend =
+          KernelLanes<kernel>::curvature_within(q * inverse, p.inverse_influence * within);
+      const RegisterLanes second = first * p.inverse_influence;
+      rise += bend.up * second;
+      fall += bend.down * second;
     }
     pull = pull * first;
     sum += value;
     wx -= w * p.x, wy -= w * p.y, wz -= w * p.z;
     gx -= pull * p.x, gy -= pull * p.y, gz -= pull * p.z;
-    rise += bend.up * second;
-    fall += bend.down * second;
   }
   const float scale = inverse_threshold<branch>(s);
   return {sum_lanes(sum) * scale - 1.0f,
@@ -205,24 +222,25 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
                                              const Vec3& d) {
   constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
   const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
-  const F16 nowhere = splat(infinity), before = splat(-infinity), zero = splat(0.0f);
-  const F16 edge = splat(support * support), ball = splat(0.25f);
-  F16 begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;
-  for (std::uint32_t i = 0; i < cell.recovered_blocks; ++i) {
-    const ParticleLanes p = load_block<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
-    const F16 ahead = p.x * d.x + p.y * d.y + p.z * d.z;
-    const F16 beside = squared_distance_of_line(p, ahead, d);
-    const F16 radius = 1.0f / p.inverse_influence;
-    const F16 chord = max_of(edge - beside, splat(1e-12f));
-    const F16 half = chord * rsqrt_of(chord);
+  const RegisterLanes nowhere = RegisterLanes(infinity), before = RegisterLanes(-infinity), zero = RegisterLanes(0.0f);
+  const RegisterLanes edge = RegisterLanes(support * support), ball = RegisterLanes(0.25f);
+  RegisterLanes begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;
+  const int groups = group_count<SurfaceBranch::recovered>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
+    const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
+    const RegisterLanes beside = squared_distance_of_line(p, ahead, d);
+    const RegisterLanes radius = 1.0f / p.inverse_influence;
+    const RegisterLanes chord = max_of(edge - beside, RegisterLanes(1e-12f));
+    const RegisterLanes half = chord * rsqrt_of(chord);
     // A lone particle's ball has half its influence radius.
-    const F16 ball_chord = max_of(ball - beside, splat(1e-12f));
-    const F16 ball_half = ball_chord * rsqrt_of(ball_chord);
+    const RegisterLanes ball_chord = max_of(ball - beside, RegisterLanes(1e-12f));
+    const RegisterLanes ball_half = ball_chord * rsqrt_of(ball_chord);
     begin = min_of(begin, select_less(beside, edge, (ahead - half) * radius, nowhere));
     end = max_of(end, select_less(beside, edge, (ahead + half) * radius, before));
     entry = min_of(entry, select_less(beside, ball, (ahead - ball_half) * radius, nowhere));
     exit = max_of(exit, select_less(beside, ball, (ahead + ball_half) * radius, before));
-    const F16 share = KernelLanes<kernel>::value(beside) * p.weight;
+    const RegisterLanes share = KernelLanes<kernel>::value(beside) * p.weight;
     most += share;
     moment += share * ahead * radius;
   }

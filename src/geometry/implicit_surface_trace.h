@@ -45,8 +45,8 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, const Vec
   }
   if (cell->kind != SurfaceCellKind::near) return cell->kind == SurfaceCellKind::inside;
   const Vec3 y = p - center;
-  if (cell->list_blocks > 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
-  return cell->recovered_blocks > 0 && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
+  if (cell->list_eights > 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
+  return cell->recovered_eights > 0 && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
 }
 
 /// Where a ray starts to walk the grid at t = low: its cell, whose word is returned, and its side there. `start` is what
@@ -58,6 +58,7 @@ EMBRUN_LOCAL_FN std::uint32_t start_walk(const ImplicitSurfaceView& s, const Gri
   for (int a = 0; a < 3; ++a) cell[a] = min_of(max_of(static_cast<int>(floorf(first[a])), 0), s.cells[a] - 1);
   const std::uint32_t word = *surface_word(s, cell[0], cell[1], cell[2]);
   start.on_surface = side != Side::unknown;
+  for (int a = 0; a < 3; ++a) forget_beside_face(first[a] - static_cast<float>(cell[a]), 1.0f, start);
   inside = side == Side::inside;
   if ((word & cell_word::near) == 0) {
     inside = (word & cell_word::inside) != 0;
@@ -106,6 +107,7 @@ EMBRUN_LOCAL_FN bool walk_grid(const ImplicitSurfaceView& s, const GridRay& ray,
     }
     if (leaves) return false;
     start.on_surface = start.on_surface && !near;
+    start.end_at(end);
     low = end;
     word = next;
   }

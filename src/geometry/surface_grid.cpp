@@ -24,6 +24,12 @@ float median_volume_radius(std::span<const float> radii) {
   return sorted.back();
 }
 
+/// 16 bits hold the support on both sides of a cell, and a value beyond it for empty lanes.
+ListLattice list_lattice(double reach_in_cells) {
+  const double per_cell = std::floor(65400.0 / (2.0 * reach_in_cells + 1.0));
+  return {static_cast<float>(per_cell), static_cast<float>(std::ceil(reach_in_cells * per_cell) + 8.0)};
+}
+
 }  // namespace
 
 GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model) {
@@ -61,11 +67,13 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
 
   plan.units_per_grid = 1.0;
   plan.bias = 0.0;
+  plan.recovered_lattice = {1.0f, 0.0f};
   const double reach_in_cells = support * static_cast<double>(model.influence_radius) / plan.cell_size;
   if (plan.equal_radii) {
-    // 16 bits hold the support on both sides of a cell, and a value beyond it for empty lanes.
-    plan.units_per_grid = std::floor(65400.0 / (2.0 * reach_in_cells + 1.0));
-    plan.bias = std::ceil(reach_in_cells * plan.units_per_grid) + 8.0;
+    const ListLattice lattice = list_lattice(reach_in_cells);
+    plan.units_per_grid = static_cast<double>(lattice.per_cell);
+    plan.bias = static_cast<double>(lattice.bias);
+    plan.recovered_lattice = list_lattice(support * static_cast<double>(model.recover_radius) / plan.cell_size);
   }
   plan.frame = {model.kernel,
                 plan.equal_radii,

@@ -24,7 +24,8 @@ struct GridPlan {
   bool equal_radii;
   double units_per_grid;  ///< list units a grid unit
   double bias;            ///< lattice coordinate of a cell's low corner in its own list
-  double target;          ///< cells larger than this many grid units are split where the surface is
+  ListLattice recovered_lattice;
+  double target;  ///< cells larger than this many grid units are split where the surface is
   CellFrame frame;
 };
 

@@ -200,6 +200,7 @@ void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std
                           SurfaceCell& record) {
   record = {};
   loops_.examine(plan_.frame, cell_.arrays(), listed, nearer_.with_room(listed), center, half, record);
+  if (record.kind == SurfaceCellKind::near) record.list_eights = 1;  // finish_leaf counts
   cell_recovered_.clear();
   if (record.kind == SurfaceCellKind::inside || from.empty()) return;
   const float to_grid = 1.0f / static_cast<float>(plan_.units_per_grid);
@@ -208,20 +209,82 @@ void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std
     cell_recovered_.clear();
     return;
   }
-  if (record.kind != SurfaceCellKind::near) {
-    record = {};
-    record.quadratic[0] = -1.0f;
+  if (record.kind == SurfaceCellKind::near) return;
+  record = {};
+  if (bound_recovered(middle, half * to_grid, record)) {
     record.kind = SurfaceCellKind::near;
+  } else {
+    cell_recovered_.clear();
   }
+}
+
+float TileBuilder::recovered_extent(Vec3 middle, float half) const {
+  // Beyond u b' of all of them each is felt at most as it is there, and nowhere more than at the box's nearest point.
+  const auto most_beyond = [&](float u) {
+    float most = 0.0f;
+    const float here = kernel_value(plan_.frame.kernel, u);
+    for (const RecoveredParticle& r : cell_recovered_) {
+      const Vec3 d{std::abs(r.x - middle.x) - half, std::abs(r.y - middle.y) - half, std::abs(r.z - middle.z) - half};
+      const float nearest = kernel_value(plan_.frame.kernel, length(max_of(d, Vec3{})) * r.inverse_radius);
+      most += r.weight * std::min(here, nearest);
+    }
+    return most;
+  };
+  float low = 0.0f, high = plan_.frame.support;
+  for (int i = 0; i < 10; ++i) {
+    const float u = 0.5f * (low + high);
+    (most_beyond(u) < 0.9999f ? high : low) = u;
+  }
+  return high;
+}
+
+bool TileBuilder::bound_recovered(Vec3 middle, float half, SurfaceCell& record) const {
+  const float extent = recovered_extent(middle, half);
+  // More than the rounding of the lists' coordinates and of what follows.
+  const float slack = 4e-4f * half;
+  Box3 box;
+  Vec3 mean;
+  for (const RecoveredParticle& r : cell_recovered_) {
+    const Vec3 p = Vec3{r.x, r.y, r.z} - middle;
+    const float reach = extent / r.inverse_radius + slack;
+    box.include(p - Vec3{reach, reach, reach});
+    box.include(p + Vec3{reach, reach, reach});
+    mean += p * (1.0f / static_cast<float>(cell_recovered_.size()));
+  }
+  float radius = 0.0f;
+  for (const RecoveredParticle& r : cell_recovered_)
+    radius = std::max(radius, length(Vec3{r.x, r.y, r.z} - middle - mean) + extent / r.inverse_radius + slack);
+  Vec3 side;
+  for (int a = 0; a < 3; ++a) {
+    box.low[a] = std::max(box.low[a], -half - slack);
+    box.high[a] = std::min(box.high[a], half + slack);
+    side[a] = 0.5f * (box.high[a] - box.low[a]);
+    if (!(side[a] > 0.0f)) return false;
+  }
+  // The ball round all of them, or the ellipsoid round what of them can be in the cell: sum of ((y - c) / r)^2 = 1.
+  Vec3 center = mean, axes{radius, radius, radius};
+  if (side.x * side.y + side.y * side.z + side.z * side.x < radius * radius) {
+    center = 0.5f * (box.low + box.high);
+    axes = side * 1.7320509f;
+  }
+  float* c = record.quadratic;
+  c[0] = 1.0f;
+  for (int a = 0; a < 3; ++a) {
+    const float scale = 1.0f / square(axes[a]);
+    c[0] -= center[a] * center[a] * scale;
+    c[1 + a] = 2.0f * center[a] * scale;
+    c[4 + a] = -scale;
+  }
+  // Rounding: each of the sums is of terms of up to (1 + |c|/r)^2.
+  record.upper = 4e-6f * (1.0f + (half * half + length_squared(center)) / square(std::min({axes.x, axes.y, axes.z})));
+  return true;
 }
 
 std::size_t TileBuilder::regather(Vec3 center, float half, std::size_t in_tile) {
   return loops_.gather(plan_.frame, tile_.arrays(), in_tile, center, half, cell_.with_room(in_tile));
 }
 
-bool TileBuilder::is_main(const SurfaceCell& record) const {
-  return record.quadratic[0] != -1.0f || record.upper != 0.0f;
-}
+bool TileBuilder::is_main(const SurfaceCell& record) const { return record.list_eights > 0; }
 
 bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_t listed) {
   if (size > 1.01 * plan_.target) return true;
@@ -269,10 +332,10 @@ void TileBuilder::finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 cen
   ++piece.near_leaves;
   if (is_main(record)) {
     const std::size_t blocks = (listed + 15) / 16;
-    if (blocks > std::numeric_limits<std::uint16_t>::max()) {
+    if (2 * blocks > std::numeric_limits<std::uint16_t>::max()) {
       throw Error("too many particles overlap one place: the neighbourhood order or the radii are too large");
     }
-    record.list_blocks = static_cast<std::uint16_t>(blocks);
+    record.list_eights = static_cast<std::uint16_t>((listed + 7) / 8);
     piece.list_entries += listed;
     if (plan_.equal_radii) {
       record.list = static_cast<std::uint32_t>(piece.packed.size() / packed_stride);
@@ -284,10 +347,10 @@ void TileBuilder::finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 cen
   }
   if (!cell_recovered_.empty()) {
     const std::size_t blocks = (cell_recovered_.size() + 15) / 16;
-    if (blocks > std::numeric_limits<std::uint16_t>::max()) {
+    if (2 * blocks > std::numeric_limits<std::uint16_t>::max()) {
       throw Error("too many lone particles overlap one place: the radii are too large");
     }
-    record.recovered_blocks = static_cast<std::uint16_t>(blocks);
+    record.recovered_eights = static_cast<std::uint16_t>((cell_recovered_.size() + 7) / 8);
     if (plan_.equal_radii) {
       record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride);
       write_packed_recovered(piece, center, blocks);
@@ -299,8 +362,9 @@ void TileBuilder::finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 cen
 }
 
 void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks) {
-  const auto unit = static_cast<float>(plan_.units_per_grid);
-  const float shift = static_cast<float>(plan_.bias) + 0.5f * unit + 0.5f;  // to the nearest
+  const float unit = plan_.recovered_lattice.per_cell;
+  const float shift = plan_.recovered_lattice.bias + 0.5f * unit + 0.5f;  // to the nearest
+  const Vec3 middle = center * (1.0f / static_cast<float>(plan_.units_per_grid));
   const std::size_t first = piece.packed_recovered.size();
   piece.packed_recovered.resize(first + blocks * packed_recovered_stride, 65535);
   for (std::size_t i = 0; i < blocks * 16; ++i) {
@@ -308,9 +372,9 @@ void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::
     out[48] = 0;
     if (i >= cell_recovered_.size()) continue;
     const RecoveredParticle& r = cell_recovered_[i];
-    out[0] = static_cast<std::uint16_t>(r.x * unit - center.x + shift);
-    out[16] = static_cast<std::uint16_t>(r.y * unit - center.y + shift);
-    out[32] = static_cast<std::uint16_t>(r.z * unit - center.z + shift);
+    out[0] = static_cast<std::uint16_t>((r.x - middle.x) * unit + shift);
+    out[16] = static_cast<std::uint16_t>((r.y - middle.y) * unit + shift);
+    out[32] = static_cast<std::uint16_t>((r.z - middle.z) * unit + shift);
     out[48] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
   }
 }

@@ -85,10 +85,13 @@ class TileBuilder {
                            std::vector<RecoveredParticle>& to) const;
   void examine_top_cell(int index, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile);
   /// Decides about the cell whose particles are in cell_, the recovered ones of `from` taken into account: they are
-  /// left in cell_recovered_; none when they cannot reach their threshold in the cell. A
-  /// cell that only those reach gets a quadratic of -1 without slack.
+  /// left in cell_recovered_; none when they cannot reach their threshold in the cell.
   void examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
                SurfaceCell& record);
+  /// Beyond so many b' of all particles in cell_recovered_ they do not reach their threshold in the box (grid units).
+  float recovered_extent(Vec3 middle, float half) const;
+  /// Fills in the model of a cell that only the particles in cell_recovered_ reach; false if their body cannot.
+  bool bound_recovered(Vec3 middle, float half, SurfaceCell& record) const;
   /// The particles felt in a box into cell_, from the tile's.
   std::size_t regather(Vec3 center, float half, std::size_t in_tile);
   bool is_main(const SurfaceCell& record) const;

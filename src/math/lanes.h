@@ -12,7 +12,7 @@
 namespace embrun {
 
 /// A register of floats as wide as the instruction set of this translation unit has them, and one float on
-/// the device. F16 below is made of as many as sixteen lanes need.
+/// the device. Lanes below are made of one or more.
 #if defined(__CUDACC__)
 inline constexpr int register_lanes = 1;
 typedef float LaneRegister;
@@ -34,72 +34,16 @@ typedef std::uint16_t LaneShortRegister __attribute__((vector_size(2 * register_
 
 inline constexpr int lane_registers = 16 / register_lanes;
 
-/// Sixteen single-precision lanes: the block size of the loops over particles.
-struct F16 {
-  LaneRegister part[lane_registers];
-};
-
-#define EMBRUN_FOR_LANE_PARTS for (int i = 0; i < lane_registers; ++i)
-
-#define EMBRUN_LANES_BINARY(op)                               \
-  EMBRUN_FN F16 operator op(F16 a, F16 b) {                   \
-    F16 r;                                                    \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b.part[i]; \
-    return r;                                                 \
-  }                                                           \
-  EMBRUN_FN F16 operator op(F16 a, float b) {                 \
-    F16 r;                                                    \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a.part[i] op b;         \
-    return r;                                                 \
-  }                                                           \
-  EMBRUN_FN F16 operator op(float a, F16 b) {                 \
-    F16 r;                                                    \
-    EMBRUN_FOR_LANE_PARTS r.part[i] = a op b.part[i];         \
-    return r;                                                 \
+#define EMBRUN_FOR_PARTS(n) for (int i = 0; i < (n); ++i)
+#define EMBRUN_FOR_LANE_PARTS EMBRUN_FOR_PARTS(lane_registers)
+#define EMBRUN_LANES_BINARY(op)                          \
+  friend EMBRUN_FN Lanes operator op(Lanes a, Lanes b) { \
+    Lanes r;                                             \
+    EMBRUN_FOR_PARTS(parts)                              \
+    r.part[i] = a.part[i] op b.part[i];                  \
+    return r;                                            \
   }
-EMBRUN_LANES_BINARY(+)
-EMBRUN_LANES_BINARY(-)
-EMBRUN_LANES_BINARY(*)
-EMBRUN_LANES_BINARY(/)
-#undef EMBRUN_LANES_BINARY
 
-EMBRUN_FN F16& operator+=(F16& a, F16 b) { return a = a + b; }
-EMBRUN_FN F16& operator-=(F16& a, F16 b) { return a = a - b; }
-
-EMBRUN_FN F16 splat(float v) {
-  F16 r;
-  EMBRUN_FOR_LANE_PARTS r.part[i] = LaneRegister{} + v;
-  return r;
-}
-// Register by register: copied whole, gcc moves it through the stack in halves, and waits for the stores.
-EMBRUN_FN F16 load16(const float* p) {
-  F16 r;
-  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
-  return r;
-}
-/// Sixteen 16-bit lattice coordinates as floats.
-EMBRUN_FN F16 load16(const std::uint16_t* p) {
-  F16 r;
-#if defined(__CUDACC__)
-  for (int i = 0; i < 16; ++i) r.part[i] = static_cast<float>(p[i]);
-#else
-  EMBRUN_FOR_LANE_PARTS {
-#if defined(__AVX512F__)
-    // The compiler widens 16-bit lanes in halves.
-    r.part[i] = _mm512_maskz_cvtepi32_ps(
-        0xffff, _mm512_maskz_cvtepu16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
-#else
-    LaneShortRegister v;
-    __builtin_memcpy(&v, p + i * register_lanes, sizeof v);
-    r.part[i] = __builtin_convertvector(__builtin_convertvector(v, LaneIntRegister), LaneRegister);
-#endif
-  }
-#endif
-  return r;
-}
-EMBRUN_FN void store16(float* p, F16 v) {
-  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
-}
 // The compiler makes two instructions of the comparison, where the machine has one.
 EMBRUN_FN LaneRegister larger(LaneRegister a, LaneRegister b) {
 #if defined(__CUDACC__) || !defined(__SSE__)
@@ -123,25 +67,88 @@ EMBRUN_FN LaneRegister smaller(LaneRegister a, LaneRegister b) {
   return _mm_min_ps(a, b);
 #endif
 }
-EMBRUN_FN F16 max_of(F16 a, F16 b) {
-  EMBRUN_FOR_LANE_PARTS a.part[i] = larger(a.part[i], b.part[i]);
-  return a;
+
+/// Single-precision lanes: so many registers of them.
+template <int parts>
+struct Lanes {
+  static constexpr int count = parts * register_lanes;
+  LaneRegister part[parts];
+
+  Lanes() = default;
+  /// The same number in all lanes.
+  EMBRUN_FN Lanes(float v) {  // NOLINT(google-explicit-constructor): formulas mix them
+    EMBRUN_FOR_PARTS(parts) part[i] = LaneRegister{} + v;
+  }
+
+  EMBRUN_LANES_BINARY(+)
+  EMBRUN_LANES_BINARY(-)
+  EMBRUN_LANES_BINARY(*)
+  EMBRUN_LANES_BINARY(/)
+  friend EMBRUN_FN Lanes& operator+=(Lanes& a, Lanes b) { return a = a + b; }
+  friend EMBRUN_FN Lanes& operator-=(Lanes& a, Lanes b) { return a = a - b; }
+  friend EMBRUN_FN Lanes max_of(Lanes a, Lanes b) {
+    EMBRUN_FOR_PARTS(parts) a.part[i] = larger(a.part[i], b.part[i]);
+    return a;
+  }
+  friend EMBRUN_FN Lanes min_of(Lanes a, Lanes b) {
+    EMBRUN_FOR_PARTS(parts) a.part[i] = smaller(a.part[i], b.part[i]);
+    return a;
+  }
+  /// Lane by lane: a < b ? yes : no.
+  friend EMBRUN_FN Lanes select_less(Lanes a, Lanes b, Lanes yes, Lanes no) {
+    EMBRUN_FOR_PARTS(parts) a.part[i] = a.part[i] < b.part[i] ? yes.part[i] : no.part[i];
+    return a;
+  }
+};
+#undef EMBRUN_LANES_BINARY
+
+/// Sixteen lanes: the block size of the loops over particles.
+using F16 = Lanes<lane_registers>;
+/// One register of lanes: for loops over particles that keep many sums.
+using RegisterLanes = Lanes<1>;
+
+EMBRUN_FN F16 splat(float v) { return v; }
+// Register by register: copied whole, gcc moves it through the stack in halves, and waits for the stores.
+template <class F>
+EMBRUN_FN F load_lanes(const float* p) {
+  F r;
+  EMBRUN_FOR_PARTS(F::count / register_lanes)
+  __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
+  return r;
 }
-EMBRUN_FN F16 min_of(F16 a, F16 b) {
-  EMBRUN_FOR_LANE_PARTS a.part[i] = smaller(a.part[i], b.part[i]);
-  return a;
+EMBRUN_FN F16 load16(const float* p) { return load_lanes<F16>(p); }
+/// 16-bit lattice coordinates as floats.
+template <class F>
+EMBRUN_FN F load_lanes(const std::uint16_t* p) {
+  F r;
+#if defined(__CUDACC__)
+  for (int i = 0; i < F::count; ++i) r.part[i] = static_cast<float>(p[i]);
+#else
+  EMBRUN_FOR_PARTS(F::count / register_lanes) {
+#if defined(__AVX512F__)
+    // The compiler widens 16-bit lanes in halves.
+    r.part[i] = _mm512_maskz_cvtepi32_ps(
+        0xffff, _mm512_maskz_cvtepu16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
+#elif defined(__AVX2__)
+    r.part[i] = _mm256_cvtepi32_ps(
+        _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p + i * register_lanes))));
+#else
+    LaneShortRegister v;
+    __builtin_memcpy(&v, p + i * register_lanes, sizeof v);
+    r.part[i] = __builtin_convertvector(__builtin_convertvector(v, LaneIntRegister), LaneRegister);
+#endif
+  }
+#endif
+  return r;
+}
+EMBRUN_FN void store16(float* p, F16 v) {
+  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
 }
 EMBRUN_FN float lane_of(const F16& v, int lane) {
   float r;
   __builtin_memcpy(&r, reinterpret_cast<const char*>(&v) + 4 * lane, sizeof r);
   return r;
 }
-/// Lane by lane: a < b ? yes : no.
-EMBRUN_FN F16 select_less(F16 a, F16 b, F16 yes, F16 no) {
-  EMBRUN_FOR_LANE_PARTS a.part[i] = a.part[i] < b.part[i] ? yes.part[i] : no.part[i];
-  return a;
-}
-
 /// Square roots of lanes that are not negative.
 EMBRUN_FN F16 sqrt_of(F16 a) {
   float lane[16];
@@ -150,21 +157,28 @@ EMBRUN_FN F16 sqrt_of(F16 a) {
   return load16(lane);
 }
 
-/// Sum of the lanes, in the same order on every instruction set.
-EMBRUN_FN float sum_lanes(F16 v) {
+#if !defined(__CUDACC__)
+typedef float FourLanes __attribute__((vector_size(16)));
+/// Folds the lanes by halves to four; `fold` joins two registers. Left to itself the compiler goes lane by lane.
+template <int parts, class Fold>
+EMBRUN_FN FourLanes fold_lanes(const Lanes<parts>& v, const Fold& fold) {
+  constexpr int fours = parts * register_lanes / 4;
+  FourLanes part[fours];
+  EMBRUN_FOR_PARTS(parts) __builtin_memcpy(part + i * register_lanes / 4, &v.part[i], sizeof v.part[i]);
+  if constexpr (fours == 4) return fold(fold(part[0], part[2]), fold(part[1], part[3]));
+  if constexpr (fours == 2) return fold(part[0], part[1]);
+  return part[0];
+}
+#endif
+/// Sum of the lanes.
+template <int parts>
+EMBRUN_FN float sum_lanes(Lanes<parts> v) {
 #if defined(__CUDACC__)
-  float lane[16];
-  store16(lane, v);
-  float s[8];
-  for (int i = 0; i < 8; ++i) s[i] = lane[i] + lane[i + 8];
-  for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
-  return (s[0] + s[2]) + (s[1] + s[3]);
+  float sum = v.part[0];
+  for (int i = 1; i < parts; ++i) sum += v.part[i];
+  return sum;
 #else
-  // Halves as registers: left to itself the compiler adds lane by lane.
-  typedef float Four __attribute__((vector_size(16)));
-  Four part[4];
-  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(part + i * register_lanes / 4, &v.part[i], sizeof v.part[i]);
-  const Four s = (part[0] + part[2]) + (part[1] + part[3]);
+  const FourLanes s = fold_lanes(v, [](FourLanes a, FourLanes b) { return a + b; });
   return (s[0] + s[2]) + (s[1] + s[3]);
 #endif
 }
@@ -185,6 +199,40 @@ EMBRUN_FN std::uint32_t mask_less(F16 a, F16 b) {
   }
   return mask;
 }
+#if defined(__AVX2__) && !defined(__AVX512F__) && !defined(__CUDACC__)
+/// Row m: the positions of the bits that are set in m, lowest first.
+struct LaneOrders {
+  std::uint8_t row[256][8];
+
+  constexpr LaneOrders() : row() {
+    for (unsigned mask = 0; mask < 256; ++mask) {
+      int used = 0;
+      for (unsigned lane = 0; lane < 8; ++lane) {
+        if ((mask >> lane & 1u) != 0) row[mask][used++] = static_cast<std::uint8_t>(lane);
+      }
+    }
+  }
+};
+static constexpr LaneOrders lane_orders{};
+#endif
+/// Writes the lanes whose bits are set one beside the other. The rest of the 16 floats at `out` may change too.
+EMBRUN_FN void compress_store16(float* out, F16 v, std::uint32_t mask) {
+#if defined(__AVX512F__) && !defined(__CUDACC__)
+  _mm512_storeu_ps(out, _mm512_maskz_compress_ps(static_cast<__mmask16>(mask), v.part[0]));
+#elif defined(__AVX2__) && !defined(__CUDACC__)
+  for (int i = 0; i < 2; ++i) {
+    const std::uint32_t bits = mask >> (8 * i) & 255u;
+    const __m128i order = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(lane_orders.row[bits]));
+    _mm256_storeu_ps(out, _mm256_permutevar8x32_ps(v.part[i], _mm256_cvtepu8_epi32(order)));
+    out += __builtin_popcount(bits);
+  }
+#else
+  for (int i = 0; i < 16; ++i) {
+    *out = lane_of(v, i);
+    out += mask >> i & 1u;
+  }
+#endif
+}
 /// How many lanes of `a` are less than those of `b`.
 EMBRUN_FN int count_less(F16 a, F16 b) {
 #if defined(__CUDACC__)
@@ -195,35 +243,45 @@ EMBRUN_FN int count_less(F16 a, F16 b) {
   return __builtin_popcount(mask_less(a, b));
 #endif
 }
-EMBRUN_FN float max_lane(F16 v) {
-  float lane[16];
-  store16(lane, v);
-  float m = lane[0];
-  for (int i = 1; i < 16; ++i) m = lane[i] > m ? lane[i] : m;
-  return m;
+template <int parts>
+EMBRUN_FN float max_lane(Lanes<parts> v) {
+#if defined(__CUDACC__)
+  float most = v.part[0];
+  for (int i = 1; i < parts; ++i) most = v.part[i] > most ? v.part[i] : most;
+  return most;
+#else
+  const FourLanes m = fold_lanes(v, [](FourLanes a, FourLanes b) { return a > b ? a : b; });
+  const float even = m[0] > m[2] ? m[0] : m[2], odd = m[1] > m[3] ? m[1] : m[3];
+  return even > odd ? even : odd;
+#endif
 }
-EMBRUN_FN float min_lane(F16 v) { return -max_lane(0.0f - v); }
+template <int parts>
+EMBRUN_FN float min_lane(Lanes<parts> v) {
+  return -max_lane(0.0f - v);
+}
 
 /// 1 / sqrt(x) for x in [1e-30, 1e30], relative error at most 5e-6: an integer first guess and two Newton
 /// steps, so that every processor and instruction set computes the same value.
-EMBRUN_FN F16 rsqrt_of(F16 x) {
-  F16 y;
-  EMBRUN_FOR_LANE_PARTS {
+template <int parts>
+EMBRUN_FN Lanes<parts> rsqrt_of(Lanes<parts> x) {
+  Lanes<parts> y;
+  EMBRUN_FOR_PARTS(parts) {
     LaneIntRegister bits;
     __builtin_memcpy(&bits, &x.part[i], sizeof bits);
     bits = 0x5f375a86 - (bits >> 1);
     __builtin_memcpy(&y.part[i], &bits, sizeof bits);
   }
-  const F16 half = x * 0.5f;
+  const Lanes<parts> half = x * 0.5f;
   y = y * (1.5f - half * (y * y));
   y = y * (1.5f - half * (y * y));
   return y;
 }
 
 /// The same in fewer steps, relative error at most 6.6e-4 [Kadlec2010].
-EMBRUN_FN F16 rough_rsqrt_of(F16 x) {
-  F16 y;
-  EMBRUN_FOR_LANE_PARTS {
+template <int parts>
+EMBRUN_FN Lanes<parts> rough_rsqrt_of(Lanes<parts> x) {
+  Lanes<parts> y;
+  EMBRUN_FOR_PARTS(parts) {
     LaneIntRegister bits;
     __builtin_memcpy(&bits, &x.part[i], sizeof bits);
     bits = 0x5f1ffff9 - (bits >> 1);
@@ -233,9 +291,10 @@ EMBRUN_FN F16 rough_rsqrt_of(F16 x) {
 }
 
 /// 2^k for lanes that hold integers k in [-126, 127].
-EMBRUN_FN F16 power_of_two(F16 k) {
-  F16 r;
-  EMBRUN_FOR_LANE_PARTS {
+template <int parts>
+EMBRUN_FN Lanes<parts> power_of_two(Lanes<parts> k) {
+  Lanes<parts> r;
+  EMBRUN_FOR_PARTS(parts) {
 #if defined(__CUDACC__)
     const LaneIntRegister exponent = static_cast<LaneIntRegister>(k.part[i]);
 #else
@@ -378,8 +437,9 @@ EMBRUN_FN std::uint32_t lane_bits(I16 truth) {
   return bits;
 }
 
-/// columns[k][i] becomes number k of row i; rows are 16 numbers each, 64-byte aligned, as columns are.
-EMBRUN_FN void transpose16(const void* const rows[16], float columns[16][16]) {
+/// columns[k][i] becomes number k of row i, for the rows whose bits are set; what becomes of the others is open. Rows are
+/// 16 numbers each, 64-byte aligned, as columns are.
+EMBRUN_FN void transpose16(const void* const rows[16], [[maybe_unused]] std::uint32_t which, float columns[16][16]) {
 #if defined(__AVX512F__) && !defined(__CUDACC__)
   __m512i r[16], u[16];
   for (int i = 0; i < 16; ++i) r[i] = _mm512_load_si512(rows[i]);
@@ -404,8 +464,32 @@ EMBRUN_FN void transpose16(const void* const rows[16], float columns[16][16]) {
     _mm512_store_si512(columns[8 + k], _mm512_maskz_shuffle_i32x4(0xffff, even_top, even_bottom, 0xdd));
     _mm512_store_si512(columns[12 + k], _mm512_maskz_shuffle_i32x4(0xffff, odd_top, odd_bottom, 0xdd));
   }
+#elif defined(__AVX__) && !defined(__CUDACC__)
+  // Blocks of eight rows and eight numbers.
+  for (int half = 0; half < 4; ++half) {
+    const int row = 8 * (half >> 1), number = 8 * (half & 1);
+    if ((which >> row & 255u) == 0) continue;
+    __m256 r[8], u[8];
+    for (int i = 0; i < 8; ++i) r[i] = _mm256_load_ps(static_cast<const float*>(rows[row + i]) + number);
+    for (int i = 0; i < 4; ++i) {
+      u[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+      u[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+    }
+    // r[4 i + k]: numbers k and 4 + k of rows 4 i to 4 i + 3, 128 bits each.
+    for (int i = 0; i < 2; ++i) {
+      r[4 * i] = _mm256_shuffle_ps(u[4 * i], u[4 * i + 2], 0x44);
+      r[4 * i + 1] = _mm256_shuffle_ps(u[4 * i], u[4 * i + 2], 0xee);
+      r[4 * i + 2] = _mm256_shuffle_ps(u[4 * i + 1], u[4 * i + 3], 0x44);
+      r[4 * i + 3] = _mm256_shuffle_ps(u[4 * i + 1], u[4 * i + 3], 0xee);
+    }
+    for (int k = 0; k < 4; ++k) {
+      _mm256_store_ps(columns[number + k] + row, _mm256_permute2f128_ps(r[k], r[4 + k], 0x20));
+      _mm256_store_ps(columns[number + 4 + k] + row, _mm256_permute2f128_ps(r[k], r[4 + k], 0x31));
+    }
+  }
 #else
   for (int i = 0; i < 16; ++i) {
+    if ((which >> i & 1u) == 0) continue;
     for (int k = 0; k < 16; ++k)
       __builtin_memcpy(&columns[k][i], static_cast<const float*>(rows[i]) + k, sizeof(float));
   }
@@ -413,5 +497,6 @@ EMBRUN_FN void transpose16(const void* const rows[16], float columns[16][16]) {
 }
 
 #undef EMBRUN_FOR_LANE_PARTS
+#undef EMBRUN_FOR_PARTS
 
 }  // namespace embrun

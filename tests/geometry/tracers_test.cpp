@@ -196,6 +196,12 @@ TEST(Tracer, TellsWhichOfTwoFieldsThatEndTogetherEndsLast) {
                          {0x1.cbf7bep-1f, -0x1.71412ap-3f, 0x1.9a2192p-2f}, Side::inside)});
 }
 
+TEST(Tracer, PlacesCreasesBetweenLoneParticles) {
+  // Where the field hardly grows along the ray, so that the coordinates of the particles have to be fine.
+  expect_right(make_scene("spray", 3, 2),
+               {ray_from({0x1.edaa44p-3f, 0x1.ef491ap-1f, 0x1.3a286cp-1f}, {0.0f, 1.0f, 0.0f}, Side::unknown)});
+}
+
 TEST(FastTracer, LeavesByTheSheetThatRoundingPutTheRayAcross) {
   // What else is in the fluid (a bubble) reflects rays that are inside of it as close to its surface as rounding tells: they
   // may start a little outside. A lone particle's ball is then left where the ray starts, not the smooth surface near by.
