@@ -71,6 +71,7 @@ struct alignas(64) BatchLanes {
   float clear_recovered[16];
   std::int32_t ray[16];
   double moved[16];
+  std::int32_t sheet[16];    ///< as RayStart has it
   std::uint32_t on_surface;  ///< bits: the ray starts on the surface, in this cell
 };
 
@@ -111,6 +112,7 @@ EMBRUN_LOCAL_FN bool fill_lane(const ImplicitSurfaceView& s, Rays& rays, int& ne
     lanes.clear_recovered[lane] = start.clear_recovered;
     lanes.inside[lane] = inside ? -1 : 0;
     lanes.ray[lane] = i;
+    lanes.sheet[lane] = start.sheet;
     const std::uint32_t bit = 1u << lane;
     lanes.on_surface = start.on_surface ? lanes.on_surface | bit : lanes.on_surface & ~bit;
     return true;
@@ -262,7 +264,8 @@ EMBRUN_LOCAL_FN bool lane_hit(const ImplicitSurfaceView& s, const BatchLanes& la
     center[a] = lane_of(step.corner[a], lane) + 0.5f;
   }
   const SurfaceCell& cell = *surface_record(s, static_cast<std::uint32_t>(lanes.word[lane]));
-  const RayStart start{(lanes.on_surface >> lane & 1u) != 0, lanes.clear_main[lane], lanes.clear_recovered[lane]};
+  const RayStart start{(lanes.on_surface >> lane & 1u) != 0, lanes.sheet[lane], lanes.clear_main[lane],
+                       lanes.clear_recovered[lane]};
   const bool inside = lanes.inside[lane] != 0;
   const float low = lanes.low[lane], high = min_of(lane_of(step.end, lane), lanes.high[lane]);
   const Parabola model{lanes.model[0][lane], lanes.model[1][lane], lanes.model[2][lane]};

@@ -34,6 +34,7 @@ EMBRUN_FN Parabola model_along(const SurfaceCell& cell, Vec3 o, Vec3 d, float si
 /// What is known of where the ray starts.
 struct RayStart {
   bool on_surface = false;  ///< it starts on the surface, in this cell
+  int sheet = -1;           ///< of which field, as SurfaceHit has it; -1: not known
   float clear_main = 0.0f;  ///< no crossing of the main field's surface before this t
   float clear_recovered = 0.0f;
 
@@ -225,9 +226,10 @@ template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                                    const Vec3& direction, bool inside, const Parabola& model, float low, float high,
                                    const RayStart& start, CellCrossing& hit) {
-  // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface.
-  const bool main_start = start.on_surface && start.clear_main == 0.0f;
-  const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f;
+  // On the sheet that the ray is known to keep clear of, it starts inside or outside, not on the surface; and inside,
+  // where the other sheet has to be left as well, that one is where its field says.
+  const bool main_start = start.on_surface && start.clear_main == 0.0f && !(inside && start.sheet == 1);
+  const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f && !(inside && start.sheet == 0);
   const bool has_main = cell.list_eights > 0;
   const bool has_recovered = cell.recovered_eights > 0;
   const auto refined = [&]<SurfaceBranch branch>(const CellCrossing& c, float sign, float least, float most) {

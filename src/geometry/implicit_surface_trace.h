@@ -151,6 +151,8 @@ EMBRUN_FN bool to_grid(const ImplicitSurfaceView& s, const Ray& ray, GridRay& lo
 EMBRUN_FN Side known_start(const ImplicitSurfaceView& s, const Ray& ray, Side side, double moved, RayStart& known) {
   // A ray that was brought to the grid starts outside, whatever was said of its origin.
   if (side == Side::unknown || moved > static_cast<double>(ray.t_min) * s.cells_per_metre) return Side::unknown;
+  // A clearance is of the origin; the ray may start at a surface farther on.
+  if (ray.clearance.distance > ray.t_min) known.sheet = ray.clearance.sheet;
   // A clearance that is hardly more than the rounding of the origin is as good as none.
   const float clear = ray.clearance.distance / s.cell_size - static_cast<float>(moved);
   if (clear > least_clearance) (ray.clearance.sheet == 0 ? known.clear_main : known.clear_recovered) = clear;

@@ -196,6 +196,15 @@ TEST(Tracer, TellsWhichOfTwoFieldsThatEndTogetherEndsLast) {
                          {0x1.cbf7bep-1f, -0x1.71412ap-3f, 0x1.9a2192p-2f}, Side::inside)});
 }
 
+TEST(Tracer, TakesOnlyTheSheetThatARayStartsOnForItsStart) {
+  // From the surface of a lone particle into it, and out again after thousandths of a cell, before the fluid begins: so
+  // close that the fluid's own surface could be where the ray starts, if it were not known to be the other.
+  TestRay ray = ray_from({0x1.56ba88p+0f, 0x1.87a4f6p-4f, -0x1.ec0c22p-3f},
+                         {-0x1.c1055ap-1f, 0x1.a31258p-3f, 0x1.bd2ffp-2f}, Side::inside);
+  ray.ray.clearance = {2.42446e-06f, 1, 0};
+  expect_right(make_scene(EMBRUN_DATA_DIR "/dam_break.bgeo", 3, 3), {ray});
+}
+
 TEST(Tracer, PlacesCreasesBetweenLoneParticles) {
   // Where the field hardly grows along the ray, so that the coordinates of the particles have to be fine.
   expect_right(make_scene("spray", 3, 2),

@@ -145,6 +145,35 @@ TEST(GridMedia, TakeAConstantExtinctionAndAGridOfAlbedos) {
   expect_same(grid, same);
 }
 
+// A tiny lamp within: points drawn by where it is bring what flights bring, and quietly.
+TEST(GridMedia, GlowRoundALampHoweverPointsAreDrawn) {
+  for (const int channels : {1, 3}) {
+    SceneDescription plain = scene_seen({0, 0, 4}, {0, 0, 0}, pencil, 2, 40000);
+    plain.environment.kind = EnvironmentDescription::Kind::none;
+    plain.integrator.hide_emitters = true;
+    plain.integrator.max_depth = 2;
+    plain.grid_media.push_back(grid_medium(grid_of(12, channels, 0.6f, false), {0.9f, 0.8f, 0.7f}, hg(0.4f)));
+    add_ball(plain, invisible());
+    LightDescription lamp;
+    lamp.kind = LightDescription::Kind::sphere;
+    lamp.position = {0.1, 0.05, -0.1};
+    lamp.radius = 0.002;
+    lamp.radiance = grey(1e5f);
+    plain.lights.push_back(lamp);
+    SceneDescription better = plain;
+    plain.integrator.equiangular = false;
+    better.integrator.equiangular = true;
+    for (int channel = 0; channel < 3; channel += 2) {
+      const Measured flights = render_and_measure(plain, LightStrategy::mis, channel),
+                     points = render_and_measure(better, LightStrategy::mis, channel);
+      EXPECT_EQ(points.bad, 0u);
+      EXPECT_NEAR(points.mean, flights.mean, 4 * std::hypot(flights.standard_error, points.standard_error));
+      EXPECT_LT(points.standard_error, 0.02 * points.mean);
+      EXPECT_LT(points.standard_error, 0.5 * flights.standard_error);
+    }
+  }
+}
+
 // What a mesh holds of a grid: a box of glass as a mesh and as a box.
 TEST(GridMedia, FillMeshesAsTheyFillBoxes) {
   SceneDescription as_box = lit_view(1000), as_mesh = lit_view(1000);

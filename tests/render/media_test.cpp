@@ -253,12 +253,13 @@ TEST(AbsorbingSlab, ShowsTheSeriesOfItsReflections) {
     body.boxes.push_back(box({-50, -50, -0.5 * thickness}, {50, 50, 0.5 * thickness},
                              dielectric_material(n, grey(static_cast<float>(k)))));
     // The same by particles that absorb and whose balls leave no gap, cut flat by a container.
-    FluidDescription fluid = lattice_fluid({-1.5, -0.5, -0.6}, {1.5, 0.5, 0.6}, 0.1);
+    FluidDescription fluid = lattice_fluid({-1.5, -0.5, -0.6}, {1.5, 0.5, 0.6}, 0.092);
+    fluid.surface.radius = 0.05f;
     fluid.material = dielectric_material(n);
     fluid.container = Box3d{{-1.4, -0.4, -0.5 * thickness}, {1.4, 0.4, 0.5 * thickness}};
     fluid.wets_container = false;
     fluid.medium = milk(grey(static_cast<float>(k)), {});
-    fluid.medium->density_radius = 0.09;
+    fluid.medium->density_radius = 0.08;  // 1.6 R0
     particles.fluids.push_back(fluid);
     for (const SceneDescription& way : {body, particles}) {
       const Measured m = render_and_measure(way);
