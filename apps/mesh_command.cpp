@@ -26,6 +26,9 @@ int run_mesh(MeshArguments& a, const std::string& command_line) {
   }
   if (is_scene_file(a.input)) throw UsageError("a mesh is made of a particle file, not of a scene");
   check_mesh_output(a.output);
+  if (!a.options.density_file.empty()) check_density_output(a.options.density_file);
+  if (a.options.density_radius && a.options.density_file.empty())
+    throw UsageError("--density-radius: it is of what --density writes");
   if (!a.report.empty()) check_text_output(a.report);
   a.options.command = command_line;
 
@@ -45,7 +48,8 @@ constexpr const char* mesh_footer =
     "half the cells' side gives four times the triangles. An OBJ file is text, a PLY file binary.\n\n"
     "Examples:\n"
     "  embrun mesh dam.bgeo -o dam.ply\n"
-    "  embrun mesh dam.bgeo -o fine.ply --cell 0.005 --order 2 --json report.json\n\n"
+    "  embrun mesh dam.bgeo -o fine.ply --cell 0.005 --order 2 --json report.json\n"
+    "  embrun mesh dam.bgeo -o dam.ply --density dam.vdb\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is.";
 
 }  // namespace
@@ -60,6 +64,14 @@ void add_mesh_command(CLI::App& program, const std::string& command_line, int& e
   mesh->add_option("-o,--output", a->output, "mesh to write: .ply or .obj")->required()->group(group);
   mesh->add_option("--cell", a->options.cell, "metres: side of the cells that the mesh is made from")
       ->default_str("half the particle radius")
+      ->group(group);
+  mesh->add_option("--density", a->options.density_file,
+                   "also write the density of the particles, relative to rest density, on the same cells: an OpenVDB "
+                   "file, .vdb")
+      ->group(group);
+  mesh->add_option("--density-radius", a->options.density_radius,
+                   "metres: of the balls that make that; 1.6 particle radii leave no gaps")
+      ->default_str("the particles' radius")
       ->group(group);
   add_surface_options(*mesh, a->options, "The surface");
   mesh->add_option("--kinds", a->options.kinds, "ATTRIBUTE:VALUE=KIND,...: leaves out what is no water (see render)")

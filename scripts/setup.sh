@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Installs what Embrun's build needs from Debian's packages, as root or through sudo; asks nothing.
 #   scripts/setup.sh [--tests] [--ci]
-# --tests: also what the test suite and the benchmarks need; --ci: also the tools of .ci/run.
+# --tests: also what the test suite and the benchmarks need, and OpenVDB, which the build can do without; --ci: also the tools of .ci/run.
 # Where everything is there already it does nothing and needs no network.
 set -euo pipefail
 
 packages=(g++ cmake ninja-build libembree-dev libtbb-dev libopenexr-dev libpng-dev libjpeg-dev zlib1g-dev
           libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libpugixml-dev)
-test_packages=(libgtest-dev libbenchmark-dev)
+test_packages=(libgtest-dev libbenchmark-dev libopenvdb-dev libboost-dev)
 ci_packages=(ccache clang-14 libclang-rt-14-dev llvm-14 clang-format-14 clang-tidy-14)
 
 for option in "$@"; do

@@ -187,8 +187,9 @@ struct RenderReport {
   double surface_bytes = 0;      ///< of the surface alone
   // Seconds.
   double read_seconds = 0, build_seconds = 0, render_seconds = 0, write_seconds = 0, cpu_seconds = 0;
-  /// Parts of build_seconds: meshes of fluids; the trees that rays find meshes and balls with.
-  double mesh_seconds = 0, tree_seconds = 0;
+  /// Parts of build_seconds: meshes of fluids; what is in those on grids; the trees that rays find meshes and balls with.
+  double mesh_seconds = 0, grid_seconds = 0, tree_seconds = 0;
+  std::uint64_t grid_cells = 0;
   std::uint64_t mesh_vertices = 0, mesh_triangles = 0;  ///< of fluids
   // Particles.
   std::string input, format;
@@ -275,6 +276,8 @@ Picture render(const Particles& particles, const RenderOptions& options = {}, co
 /// How the surface of a particle file becomes a triangle mesh. Names are those of RenderOptions.
 struct MeshOptions {
   std::optional<double> cell;  ///< side of the cells it is made from, metres; default: half the particles' radius
+  std::string density_file;    ///< also the particles' density on cells of that side, as an OpenVDB file; or empty
+  std::optional<double> density_radius;  ///< of the balls that fill the fluid with it; default: the particles' radius
   // The surface.
   std::optional<double> radius;
   int order = 3;
@@ -294,6 +297,7 @@ struct MeshReport {
   double peak_memory_bytes = 0;  ///< of the whole process
   // Seconds: reading; spacing, radius and lost particles; the field on a grid; triangles; writing.
   double read_seconds = 0, measure_seconds = 0, sample_seconds = 0, extract_seconds = 0, write_seconds = 0;
+  double density_seconds = 0;  ///< sampling the density
   double cpu_seconds = 0;
   // Particles.
   std::string input, format;
@@ -307,6 +311,9 @@ struct MeshReport {
   std::uint64_t vertices = 0, triangles = 0, components = 0;
   Point low{}, high{};  ///< its bounds
   double volume = 0, area = 0;
+  /// Of the density: voxels that are not 0; its integral, m3 of fluid at rest density.
+  std::uint64_t density_voxels = 0;
+  double density_integral = 0;
   std::vector<std::string> notes;  ///< what was left out or put right, one sentence each
 };
 
@@ -318,6 +325,8 @@ std::string to_json(const MeshReport& report);
 /// Throws when an option is out of range or unknown, or when a mesh could not be written there.
 void check_mesh_options(const MeshOptions& options);
 void check_mesh_output(const std::string& mesh_file);
+/// Throws when this library was built without OpenVDB, or a density could not be written there (.vdb).
+void check_density_output(const std::string& density_file);
 
 /// Reads particles and writes the mesh of their surface, the one that a render of them shows; the extension names the
 /// format: ply, obj.

@@ -1,56 +1,18 @@
 #include "meshing/sign_grid.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 
-#include "base/error.h"
 #include "base/parallel.h"
+#include "meshing/felt_tiles.h"
 #include "meshing/meter.h"
 
 namespace embrun {
 
 namespace {
 
-constexpr int axis_bits = 21;  // of a tile's place in its key
-constexpr std::uint64_t axis_mask = (std::uint64_t{1} << axis_bits) - 1;
 constexpr std::uint64_t all_inside = ~std::uint64_t{0};
-
-std::uint64_t key_of(int x, int y, int z) {
-  return static_cast<std::uint64_t>(z) << 2 * axis_bits | static_cast<std::uint64_t>(y) << axis_bits |
-         static_cast<std::uint64_t>(x);
-}
-
-/// The tiles that a box of particles is felt in, as first and last place along each axis. A tile's cells reach to the
-/// next samples, so it counts from a cell below it on.
-struct TileRange {
-  int first[3], last[3];
-
-  double count() const {
-    double product = 1;
-    for (int axis = 0; axis < 3; ++axis) product *= last[axis] - first[axis] + 1;
-    return product;
-  }
-};
-
-TileRange tiles_felt(const ReachBox& box, Vec3 origin, float cell) {
-  const float width = cell * SignGrid::tile_side;
-  TileRange range;
-  for (int axis = 0; axis < 3; ++axis) {
-    range.first[axis] =
-        std::max(0, static_cast<int>((box.low[axis] - box.reach - 1.01f * cell - origin[axis]) / width));
-    range.last[axis] = static_cast<int>((box.high[axis] + box.reach + 0.01f * cell - origin[axis]) / width);
-  }
-  return range;
-}
-
-void sort_unique(std::vector<std::uint64_t>& keys) {
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-}
 
 }  // namespace
 
@@ -72,68 +34,14 @@ SignGrid::SignGrid(const SurfaceField& field, float cell, const std::function<vo
   });
 }
 
-/// Finds the tiles in which anything is felt.
+/// Finds the tiles in which anything is felt, or in the samples next to them on the high sides, to which their cells reach.
 void SignGrid::lay_out(const SurfaceField& field) {
-  const std::span<const ReachBox> boxes = field.reach();
-  Vec3 low{infinity, infinity, infinity}, high = -low;
-  for (const ReachBox& box : boxes) {
-    const Vec3 reach{box.reach, box.reach, box.reach};
-    low = min_of(low, box.low - reach);
-    high = max_of(high, box.high + reach);
-  }
-  origin_ = low - Vec3{cell_, cell_, cell_} * 2.5f;
-  const Vec3 extent = high - origin_, largest = max_of(max_of(high, -high), max_of(low, -low));
-  for (int axis = 0; axis < 3; ++axis) {
-    // Samples must be told apart in single precision, and tiles numbered.
-    if (cell_ > 4e-7f * largest[axis] && extent[axis] < 0.99f * static_cast<float>(axis_mask) * cell_ * tile_side)
-      continue;
-    throw Error(
-        fmt::format("cells of {} m are too fine for particles spread so wide ({} m)", cell_, high[axis] - low[axis]));
-  }
-
-  double most = 0;
-  for (const ReachBox& box : boxes) most += tiles_felt(box, origin_, cell_).count();
-  if (most > 4e9)
-    throw Error(
-        fmt::format("cells of {} m are too fine for so much fluid: there is no memory for "
-                    "a grid of them; take larger ones",
-                    cell_));
-  // Boxes that follow each other are neighbours: most of their tiles are the same.
-  constexpr std::size_t piece = 256;
-  std::vector<std::vector<std::uint64_t>> parts((boxes.size() + piece - 1) / piece);
-  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t part = begin; part < end; ++part) {
-      std::vector<std::uint64_t>& keys = parts[part];
-      std::size_t unique = 0;
-      for (std::size_t b = part * piece; b < std::min((part + 1) * piece, boxes.size()); ++b) {
-        const TileRange range = tiles_felt(boxes[b], origin_, cell_);
-        for (int z = range.first[2]; z <= range.last[2]; ++z)
-          for (int y = range.first[1]; y <= range.last[1]; ++y)
-            for (int x = range.first[0]; x <= range.last[0]; ++x) keys.push_back(key_of(x, y, z));
-        if (keys.size() < 2 * unique + 4096) continue;
-        sort_unique(keys);
-        unique = keys.size();
-      }
-      sort_unique(keys);
-    }
-  });
-  for (std::vector<std::uint64_t>& part : parts) {
-    keys_.insert(keys_.end(), part.begin(), part.end());
-    part = {};
-  }
-  parallel_sort(keys_);
-  keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
-  keys_.shrink_to_fit();
-}
-
-std::array<int, 3> SignGrid::place_of(std::size_t tile) const {
-  const std::uint64_t key = keys_[tile];
-  return {static_cast<int>(key & axis_mask), static_cast<int>(key >> axis_bits & axis_mask),
-          static_cast<int>(key >> 2 * axis_bits)};
+  origin_ = felt_box(field.reach()).low - Vec3{cell_, cell_, cell_} * 2.5f;
+  keys_ = felt_tiles(field.reach(), origin_, cell_ * tile_side, 0.01f * cell_, 1.01f * cell_, cell_);
 }
 
 Vec3 SignGrid::position(std::size_t tile, int i, int j, int k) const {
-  const std::array<int, 3> place = place_of(tile);
+  const std::array<int, 3> place = tile_place(keys_[tile]);
   return origin_ + cell_ * Vec3{static_cast<float>(place[0] * tile_side + i),
                                 static_cast<float>(place[1] * tile_side + j),
                                 static_cast<float>(place[2] * tile_side + k)};
@@ -191,10 +99,10 @@ std::uint64_t SignGrid::sample_count() const {
 }
 
 SignGrid::Neighbours SignGrid::neighbours(std::size_t tile) const {
-  const std::array<int, 3> place = place_of(tile);
+  const std::array<int, 3> place = tile_place(keys_[tile]);
   Neighbours result;
   for (int n = 0; n < 8; ++n) {
-    const std::uint64_t key = key_of(place[0] + (n & 1), place[1] + (n >> 1 & 1), place[2] + (n >> 2));
+    const std::uint64_t key = tile_key(place[0] + (n & 1), place[1] + (n >> 1 & 1), place[2] + (n >> 2));
     // Neighbours along x are mostly the next ones.
     std::size_t found = tile + (n & 1);
     if (n > 1) found = static_cast<std::size_t>(std::lower_bound(keys_.begin(), keys_.end(), key) - keys_.begin());

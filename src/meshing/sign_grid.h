@@ -71,7 +71,6 @@ class SignGrid {
   void sample_tile(const SurfaceField& field, std::size_t index, Scratch& scratch);
   void sample_brick(const SurfaceField& field, const SurfaceField::Near& near, std::size_t index, int brick,
                     Scratch& scratch);
-  std::array<int, 3> place_of(std::size_t tile) const;
 
   float cell_;
   Vec3 origin_;

@@ -32,23 +32,6 @@ std::vector<KindOptions> kinds_of(const RenderOptions& o) {
           {ParticleKind::sand, "grains of sand", o.sand, o.sand_radius}};
 }
 
-/// Density over that at rest, which is the median's, where the particles have one.
-std::vector<float> relative_densities(const ParticleSet& particles, std::vector<std::string>& notes,
-                                      const std::string& name) {
-  const Attribute* density = particles.find("density");
-  if (density == nullptr || density->components != 1 || !density->strings.empty() || particles.size() == 0) return {};
-  std::vector<float> values;
-  for (std::size_t i = 0; i < particles.size(); ++i) values.push_back(static_cast<float>(density->value(i)));
-  std::vector<float> sorted = values;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float rest = *middle;
-  if (!(rest > 0)) return {};
-  for (float& value : values) value = std::max(value / rest, 0.0f);
-  notes.push_back(fmt::format("{}: extinction goes with density; {:.4g} counts as rest density", name, rest));
-  return values;
-}
-
 ParticleMediumDescription medium_of(const ParticleSet& particles, const Color& extinction, const Color& albedo,
                                     double phase_g, const RenderOptions& options, std::vector<std::string>& notes,
                                     const std::string& name) {
@@ -144,6 +127,22 @@ void add_tank(SceneDescription& scene, const RenderOptions& options) {
 }
 
 }  // namespace
+
+std::vector<float> relative_densities(const ParticleSet& particles, std::vector<std::string>& notes,
+                                      const std::string& name) {
+  const Attribute* density = particles.find("density");
+  if (density == nullptr || density->components != 1 || !density->strings.empty() || particles.size() == 0) return {};
+  std::vector<float> values;
+  for (std::size_t i = 0; i < particles.size(); ++i) values.push_back(static_cast<float>(density->value(i)));
+  std::vector<float> sorted = values;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const float rest = *middle;
+  if (!(rest > 0)) return {};
+  for (float& value : values) value = std::max(value / rest, 0.0f);
+  notes.push_back(fmt::format("{}: extinction goes with density; {:.4g} counts as rest density", name, rest));
+  return values;
+}
 
 void check_kind_options(const RenderOptions& o) {
   if (!o.kinds.empty()) kind_mapping_from_text(o.kinds);

@@ -18,6 +18,10 @@ void check_kind_options(const RenderOptions& options);
 /// The options with everything left out that is read from files.
 RenderOptions without_files(const RenderOptions& options);
 
+/// Density over that at rest, which is the median's, where the particles have one; else empty.
+std::vector<float> relative_densities(const ParticleSet& particles, std::vector<std::string>& notes,
+                                      const std::string& name);
+
 /// What the first fluid's particles do to light, if the options say anything of it.
 void add_inside(FluidDescription& fluid, const MeasuredParticles& measured, const RenderOptions& options,
                 std::vector<std::string>& notes);

@@ -86,7 +86,7 @@ RenderResult render(const SceneDescription& scene, const RenderControl& control)
   FlatScene flat;
   std::unique_ptr<CpuBackend> backend;
   run_on_threads(control.threads, [&] {
-    flat = compile(scene, fluid_mesher());
+    flat = compile_meshing(scene);
     backend = std::make_unique<CpuBackend>(flat);
   });
   result.film = make_film(scene.film);

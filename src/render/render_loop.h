@@ -19,7 +19,7 @@ struct RenderControl {
 };
 
 // The steps of a render, for those who drive them themselves (a viewer, a farm):
-//   FlatScene flat = compile(scene, fluid_mesher());    scene/compile.h, render/fluid_meshes.h
+//   FlatScene flat = compile_meshing(scene);            render/fluid_meshes.h
 //   Film film = make_film(scene.film);
 //   CpuBackend backend(flat);
 //   render_samples(backend, film, 0, samples, control); as often as wanted, with the next samples

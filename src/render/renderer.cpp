@@ -213,13 +213,14 @@ void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks
 void Renderer::State::start(const SceneDescription& description, const RenderHooks& hooks) {
   const Stopwatch watch;
   FluidMeshCounts meshes;
-  const FluidMesher mesher =
-      fluid_mesher(&meshes, [&](double fraction) { tell(hooks, "meshing", fraction, watch.seconds()); });
+  const MeshProgress progress = [&](double fraction) { tell(hooks, "meshing", fraction, watch.seconds()); };
   run_on_threads(options.threads, [&] {
-    scene = compile(description, mesher);
+    scene = compile_meshing(description, &meshes, progress);
     backend = std::make_unique<CpuBackend>(scene);
   });
   report.mesh_seconds = meshes.seconds;
+  report.grid_seconds = meshes.grid_seconds;
+  report.grid_cells = meshes.grid_cells;
   report.mesh_vertices = meshes.vertices;
   report.mesh_triangles = meshes.triangles;
   report.threshold = static_cast<double>(meshes.threshold);

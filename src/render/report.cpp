@@ -35,6 +35,8 @@ std::string to_text(const RenderReport& r) {
   if (r.mesh_triangles > 0)
     text += fmt::format("  mesh       {} triangles, {} vertices; {:.2f} s, and {:.2f} s for the tree over it\n",
                         r.mesh_triangles, r.mesh_vertices, r.mesh_seconds, r.tree_seconds);
+  if (r.grid_cells > 0)
+    text += fmt::format("  grid       {} cells of what is in the fluid; {:.2f} s\n", r.grid_cells, r.grid_seconds);
   text +=
       fmt::format("  time       {:.2f} s: read {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}; CPU {:.2f} s\n",
                   total_seconds(r), r.read_seconds, r.build_seconds, r.render_seconds, r.write_seconds, r.cpu_seconds);
@@ -76,8 +78,8 @@ std::string to_json(const RenderReport& r) {
                      {"surface_bytes", std::llround(r.surface_bytes)}};
   json["seconds"] = {{"read", r.read_seconds},    {"build", r.build_seconds},  {"render", r.render_seconds},
                      {"write", r.write_seconds},  {"total", total_seconds(r)}, {"cpu", r.cpu_seconds},
-                     {"meshing", r.mesh_seconds}, {"tree", r.tree_seconds}};
-  json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}};
+                     {"meshing", r.mesh_seconds}, {"grid", r.grid_seconds},    {"tree", r.tree_seconds}};
+  json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}, {"grid_cells", r.grid_cells}};
   json["particles"] = {{"count", r.particles},
                        {"dropped", r.dropped},
                        {"recovered", r.recovered},

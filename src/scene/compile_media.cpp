@@ -10,12 +10,6 @@
 namespace embrun {
 namespace {
 
-/// The arrays that a DensityParticles views.
-struct Placed {
-  std::vector<Vec3> positions;
-  std::vector<float> radii;
-};
-
 /// Radiance of every particle's matter, from colours or temperatures.
 std::vector<Rgb> glow_of(const ParticleMediumDescription& medium) {
   const auto scale = static_cast<float>(medium.emission_scale);
@@ -26,9 +20,8 @@ std::vector<Rgb> glow_of(const ParticleMediumDescription& medium) {
 }
 
 /// What is common to fluids and volumes. `radius` and `spacing` in metres of the scene.
-DensityParticles describe(const ParticleMediumDescription& medium, const Placed& placed, double radius,
-                          double spacing) {
-  DensityParticles particles;
+void describe(const ParticleMediumDescription& medium, double radius, double spacing, PlacedParticles& placed) {
+  DensityParticles& particles = placed.particles;
   particles.positions = placed.positions;
   particles.radii = placed.radii;
   particles.radius = static_cast<float>(radius);
@@ -44,7 +37,6 @@ DensityParticles describe(const ParticleMediumDescription& medium, const Placed&
   if (medium.model == DensityModel::balls) particles.factors = medium.densities;
   particles.albedos = medium.albedos;
   particles.emission = glow_of(medium);
-  return particles;
 }
 
 /// Factor from particles' radii to those of their balls.
@@ -52,20 +44,13 @@ double ball_scale(const ParticleMediumDescription& medium, double radius) {
   return medium.density_radius > 0 ? medium.density_radius / radius : 1;
 }
 
-Placed place_fluid(const FluidDescription& fluid, Vec3d recentring) {
-  Placed placed;
-  for (const Vec3d& p : fluid.positions) placed.positions.push_back(to_float(place(fluid.placement, p) - recentring));
-  const double scale =
-      largest_scale(fluid.placement) * ball_scale(*fluid.medium, static_cast<double>(fluid.surface.radius));
-  for (const float r : fluid.radii) placed.radii.push_back(static_cast<float>(scale * static_cast<double>(r)));
-  return placed;
-}
-
-Placed place_volume(const VolumeDescription& volume, Vec3d recentring) {
-  Placed placed;
+PlacedParticles place_volume(const VolumeDescription& volume, Vec3d recentring) {
+  PlacedParticles placed;
   for (const Vec3d& p : volume.positions) placed.positions.push_back(to_float(p - recentring));
   const double scale = ball_scale(volume.medium, volume.radius);
   for (const float r : volume.radii) placed.radii.push_back(static_cast<float>(scale * static_cast<double>(r)));
+  describe(volume.medium, volume.radius * scale, 2 * volume.radius, placed);
+  placed.particles.factors = volume.medium.densities;
   return placed;
 }
 
@@ -95,6 +80,17 @@ GridValues fill_box(Rgb value, const Box3& box) {
 
 }  // namespace
 
+PlacedParticles place_particles(const FluidDescription& fluid, Vec3d recentring) {
+  PlacedParticles placed;
+  for (const Vec3d& p : fluid.positions) placed.positions.push_back(to_float(place(fluid.placement, p) - recentring));
+  const double own = static_cast<double>(fluid.surface.radius), size = largest_scale(fluid.placement);
+  const double scale = size * ball_scale(*fluid.medium, own);
+  for (const float r : fluid.radii) placed.radii.push_back(static_cast<float>(scale * static_cast<double>(r)));
+  const double spacing = fluid.surface.spacing > 0 ? fluid.surface.spacing : 2 * own;
+  describe(*fluid.medium, own * scale, size * spacing, placed);
+  return placed;
+}
+
 GridMediumData compile_grid_medium(const GridMediumDescription& medium, Vec3d recentring, const Box3& bounds) {
   const auto scale = static_cast<float>(medium.scale);
   GridValues albedo;
@@ -113,24 +109,13 @@ ParticleDensity compile_density(const SceneDescription& scene, Vec3d recentring)
     throw Error(fmt::format("{} fluids and {} volumes: at most {} together can be told apart", scene.fluids.size(),
                             scene.volumes.size(), max_density_fluids));
 
-  std::vector<Placed> placed(count);
-  std::vector<DensityParticles> particles(count);
-  for (std::size_t i = 0; i < scene.fluids.size(); ++i) {
-    const FluidDescription& fluid = scene.fluids[i];
-    if (!fluid.medium) continue;
-    placed[i] = place_fluid(fluid, recentring);
-    const double own = static_cast<double>(fluid.surface.radius), size = largest_scale(fluid.placement);
-    const double spacing = fluid.surface.spacing > 0 ? fluid.surface.spacing : 2 * own;
-    particles[i] = describe(*fluid.medium, placed[i], size * own * ball_scale(*fluid.medium, own), size * spacing);
-  }
-  for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
-    const VolumeDescription& volume = scene.volumes[i];
-    Placed& own = placed[scene.fluids.size() + i];
-    own = place_volume(volume, recentring);
-    DensityParticles& medium = particles[scene.fluids.size() + i];
-    medium = describe(volume.medium, own, volume.radius * ball_scale(volume.medium, volume.radius), 2 * volume.radius);
-    medium.factors = volume.medium.densities;
-  }
+  std::vector<PlacedParticles> placed(count);
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i)
+    if (scene.fluids[i].medium) placed[i] = place_particles(scene.fluids[i], recentring);
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i)
+    placed[scene.fluids.size() + i] = place_volume(scene.volumes[i], recentring);
+  std::vector<DensityParticles> particles;
+  for (PlacedParticles& own : placed) particles.push_back(std::move(own.particles));
   return ParticleDensity(particles, scene.overlap);
 }
 

@@ -359,6 +359,28 @@ TEST_F(Cli, WritesMeshes) {
   EXPECT_FALSE(fs::exists(folder / "x.ply"));
 }
 
+TEST_F(Cli, WritesDensities) {
+  const Outcome outcome = run("mesh water.xyz -o a.ply --density a.vdb --density-radius 0.08 --json a.json");
+  if (outcome.err.find("no OpenVDB") != std::string::npos) {
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_NE(outcome.err.find("apt-get install libopenvdb-dev"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(fs::exists(folder / "a.ply"));
+    GTEST_SKIP() << "built without OpenVDB";
+  }
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(fs::file_size(folder / "a.vdb"), 1000u);
+  // Balls of 1.6 times the radius fill a cube of spacing 0.1, and stand out by about half their radius on average.
+  const auto r = nlohmann::json::parse(content_of(folder / "a.json"));
+  EXPECT_GT(r["density"]["integral"], 0.216);
+  EXPECT_LT(r["density"]["integral"], 0.7 * 0.7 * 0.7);
+  EXPECT_GT(r["density"]["voxels"], 1000);
+  EXPECT_GE(r["seconds"]["density"], 0.0);
+  EXPECT_EQ(run("mesh water.xyz -o b.ply --density b.txt").exit_code, 1);
+  EXPECT_EQ(run("mesh water.xyz -o b.ply --density-radius 0.1").exit_code, 2);
+  EXPECT_EQ(run("mesh water.xyz -o b.ply --density b.vdb --density-radius 0").exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder / "b.ply"));
+}
+
 // The fluids of a scene file as it says, or as the command line wants them.
 TEST_F(Cli, SwitchesTheRepresentationOfAScene) {
   ASSERT_EQ(run("render water.xyz --write-scene s.xml --representation mesh --mesh-cell 0.02" + small).exit_code, 0);

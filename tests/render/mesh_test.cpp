@@ -77,15 +77,54 @@ TEST(MeshRepresentation, IsClippedByAContainer) {
   expect_same_picture(scene, meshed(scene, 0.25), 0.004);
 }
 
-TEST(MeshRepresentation, HoldsItsMedium) {
+/// What scatters and absorbs in the fluid, four mean free paths through a metre of it, each particle in its own way.
+SceneDescription milky(double density_radius) {
   SceneDescription scene = lit_view();
   scene.integrator.samples = 32;
   scene.fluids.push_back(water());
   ParticleMediumDescription milk;
   milk.extinction = {4, 4, 4};
-  milk.density_radius = 0.08;
+  milk.albedo = {0.9f, 0.9f, 0.9f};
+  milk.density_radius = density_radius;
+  for (std::size_t i = 0; i < scene.fluids[0].positions.size(); ++i)
+    milk.densities.push_back(0.5f + static_cast<float>(i % 11) / 10);
   scene.fluids[0].medium = milk;
-  expect_same_picture(scene, meshed(scene, 0.25), 0.004);
+  return scene;
+}
+
+// A grid of it blurs the balls' edges, over less than their distance: means stay the same to noise.
+TEST(MeshRepresentation, HoldsItsMediumOnAGrid) {
+  for (const double radius : {0.05, 0.08}) {
+    const SceneDescription scene = milky(radius), grids = with_grid_media(meshed(scene, 0.5));
+    ASSERT_EQ(grids.grid_media.size(), 1u);
+    EXPECT_FALSE(grids.fluids[0].medium.has_value());
+    EXPECT_EQ(grids.fluids[0].material.grid_medium, 0);
+    EXPECT_EQ(grids.grid_media[0].extinction_grid->channels, 1);
+    EXPECT_FALSE(grids.grid_media[0].albedo_grid.has_value());
+    expect_same_picture(scene, meshed(scene, 0.5), 0.006);
+  }
+}
+
+TEST(MeshRepresentation, HoldsColoursOnAGridWhereverItIsPlaced) {
+  SceneDescription scene = milky(0.08);
+  FluidDescription& fluid = scene.fluids[0];
+  fluid.medium->densities.clear();
+  for (const Vec3d& p : fluid.positions) {
+    const float red = p.x > 0 ? 1.0f : 0.3f;
+    fluid.medium->extinctions.push_back({4 * red, 4, 8});
+    fluid.medium->albedos.push_back({red, 0.5f, 0.9f});
+  }
+  for (Vec3d& p : fluid.positions) p = 0.5 * p + Vec3d{3, 4, 5};
+  fluid.surface.radius *= 0.5f;
+  fluid.surface.spacing *= 0.5;
+  fluid.medium->density_radius *= 0.5;
+  fluid.placement = {{0, 2, 0}, {-2, 0, 0}, {0, 0, 2}, Vec3d{0.1, 0.0, 0.1} - Vec3d{-8, 6, 10}};
+  ASSERT_TRUE(with_grid_media(meshed(scene, 0.5)).grid_media[0].albedo_grid.has_value());
+  expect_same_picture(scene, meshed(scene, 0.5), 0.006);
+  // Grids do not glow: that stays with the particles.
+  fluid.medium->emission.assign(fluid.positions.size(), Rgb{1, 1, 1});
+  EXPECT_TRUE(with_grid_media(meshed(scene, 0.5)).grid_media.empty());
+  expect_same_picture(scene, meshed(scene, 0.5), 0.006);
 }
 
 // Turned, moved and made larger, beside a mesh and a ball of glass.
@@ -137,10 +176,16 @@ TEST(MeshRepresentation, MayBeEmpty) {
 TEST(MeshRepresentation, CountsWhatItMade) {
   SceneDescription scene = lit_view();
   scene.fluids.push_back(water());
+  scene.fluids[0].medium.emplace();
   FluidMeshCounts counts;
   double last = 0;
-  const FlatScene flat = compile(meshed(scene, 0), fluid_mesher(&counts, [&](double fraction) { last = fraction; }));
+  const FlatScene flat = compile_meshing(meshed(scene, 0), &counts, [&](double fraction) { last = fraction; });
   ASSERT_EQ(flat.meshes.size(), 1u);
+  ASSERT_EQ(flat.grids.size(), 1u);
+  EXPECT_EQ(counts.grid_cells, static_cast<std::uint64_t>(flat.grids[0].extinction.nx) *
+                                   static_cast<std::uint64_t>(flat.grids[0].extinction.ny) *
+                                   static_cast<std::uint64_t>(flat.grids[0].extinction.nz));
+  EXPECT_GT(counts.grid_seconds, 0);
   EXPECT_EQ(counts.triangles, flat.mesh_triangles.size());
   EXPECT_EQ(counts.vertices, flat.mesh_positions.size());
   EXPECT_GT(counts.triangles, 10000u);
