@@ -27,8 +27,9 @@ int run_mesh(MeshArguments& a, const std::string& command_line) {
   if (is_scene_file(a.input)) throw UsageError("a mesh is made of a particle file, not of a scene");
   check_mesh_output(a.output);
   if (!a.options.density_file.empty()) check_density_output(a.options.density_file);
-  if (a.options.density_radius && a.options.density_file.empty())
-    throw UsageError("--density-radius: it is of what --density writes");
+  if (a.options.density_file.empty() && (a.options.density_radius || a.options.density_cell))
+    throw UsageError(std::string(a.options.density_cell ? "--density-cell" : "--density-radius") +
+                     ": it is of what --density writes");
   if (!a.report.empty()) check_text_output(a.report);
   a.options.command = command_line;
 
@@ -65,9 +66,12 @@ void add_mesh_command(CLI::App& program, const std::string& command_line, int& e
   mesh->add_option("--cell", a->options.cell, "metres: side of the cells that the mesh is made from")
       ->default_str("half the particle radius")
       ->group(group);
-  mesh->add_option("--density", a->options.density_file,
-                   "also write the density of the particles, relative to rest density, on the same cells: an OpenVDB "
-                   "file, .vdb")
+  mesh->add_option(
+          "--density", a->options.density_file,
+          "also write the density of the particles, relative to rest density, on a grid: an OpenVDB file, .vdb")
+      ->group(group);
+  mesh->add_option("--density-cell", a->options.density_cell, "metres: of that grid")
+      ->default_str("half the particle radius")
       ->group(group);
   mesh->add_option("--density-radius", a->options.density_radius,
                    "metres: of the balls that make that; 1.6 particle radii leave no gaps")

@@ -86,6 +86,9 @@ void add_surface_options(CLI::App& c, RenderArguments& a) {
   c.add_option("--mesh-cell", o.mesh_cell, "metres: cells that the mesh is made from")
       ->default_str("half the particle radius")
       ->group(group);
+  c.add_option("--density-cell", o.density_cell, "metres: cells of the grid that holds what is inside the mesh")
+      ->default_str("half the particle radius")
+      ->group(group);
 }
 
 void add_scene_options(CLI::App& c, RenderArguments& a) {
@@ -258,10 +261,10 @@ void parse_text(RenderArguments& a) {
 
 /// What may be said of a scene file on the command line; the rest it says itself.
 constexpr const char* scene_options[] = {
-    "--output",      "--size",         "--crop",           "--spp",          "--seed",    "--layer",
-    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads", "--max-depth",
-    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",   "--write-scene",
-    "--json",        "--quiet",        "--representation", "--mesh-cell"};
+    "--output",      "--size",         "--crop",           "--spp",          "--seed",        "--layer",
+    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads",     "--max-depth",
+    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",       "--write-scene",
+    "--json",        "--quiet",        "--representation", "--mesh-cell",    "--density-cell"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -288,6 +291,7 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--filter")) scene.filter = o.filter;
   if (given("--representation")) scene.representation = o.representation;
   scene.mesh_cell = o.mesh_cell;
+  scene.density_cell = o.density_cell;
   return scene;
 }
 
@@ -327,6 +331,8 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
   parse_text(a);
   if (!is_scene && a.options.mesh_cell && a.options.representation != "mesh")
     throw UsageError("--mesh-cell: only a mesh has cells; add --representation mesh");
+  if (!is_scene && a.options.density_cell && a.options.representation != "mesh")
+    throw UsageError("--density-cell: only what is inside a mesh is on a grid; add --representation mesh");
   if (!is_scene && !a.definitions.empty()) throw UsageError("--define: only a scene file has parameters");
   if (!a.scene_output.empty()) return write_scene_file(command, a);
   if (a.output.empty()) throw UsageError("--output is required");

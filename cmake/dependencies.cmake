@@ -33,6 +33,12 @@ if(EMBRUN_OPENVDB)
   find_library(OPENVDB_LIBRARY openvdb)
   if(OPENVDB_INCLUDE_DIR AND BOOST_HEADERS_DIR AND OPENVDB_LIBRARY)
     set(EMBRUN_HAS_OPENVDB ON)
+    set(EMBRUN_OPENVDB_LIBRARIES ${OPENVDB_LIBRARY} Imath::Imath TBB::tbb)  # its headers call these
+    # Not those that the compiler looks in by itself: named as a system folder, /usr/include comes before the standard
+    # library's own and hides from it the headers that it wraps (#include_next <stdlib.h>).
+    set(EMBRUN_OPENVDB_INCLUDES ${OPENVDB_INCLUDE_DIR} ${BOOST_HEADERS_DIR})
+    list(REMOVE_DUPLICATES EMBRUN_OPENVDB_INCLUDES)
+    list(REMOVE_ITEM EMBRUN_OPENVDB_INCLUDES /usr/include ${CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES})
   else()
     message(STATUS "OpenVDB was not found: embrun mesh --density is left out. On Debian: apt-get install "
                    "libopenvdb-dev libboost-dev")

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what Embrun's build needs from Debian's packages, as root or through sudo; asks nothing.
 #   scripts/setup.sh [--tests] [--ci]
-# --tests: also what the test suite and the benchmarks need, and OpenVDB, which the build can do without; --ci: also the tools of .ci/run.
+# --tests: also what the test suite and the benchmarks need, and OpenVDB, which writes density grids and which the build
+# can do without (15.5 MB to download, 200 MB on the disk); --ci: also the tools of .ci/run.
 # Where everything is there already it does nothing and needs no network.
 set -euo pipefail
 

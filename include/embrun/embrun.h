@@ -81,7 +81,8 @@ struct RenderOptions {
   std::string method = "fast";      ///< fast, thesis
   /// Whether rays meet the particles themselves or a triangle mesh of the same surface: direct, mesh.
   std::string representation = "direct";
-  std::optional<double> mesh_cell;  ///< of the mesh, metres; default: half the radius
+  std::optional<double> mesh_cell;     ///< of the mesh, metres; default: half the radius
+  std::optional<double> density_cell;  ///< of the grid that holds what is inside a mesh; default: half the radius
 
   // Water and surroundings.
   double ior = 1.33;
@@ -137,6 +138,7 @@ struct SceneInput {
   std::optional<std::string> filter;
   std::optional<std::string> representation;  ///< of all fluids
   std::optional<double> mesh_cell;            ///< of those that are meshed
+  std::optional<double> density_cell;         ///< likewise
 };
 
 /// Throws when an option is out of range or unknown.
@@ -276,7 +278,8 @@ Picture render(const Particles& particles, const RenderOptions& options = {}, co
 /// How the surface of a particle file becomes a triangle mesh. Names are those of RenderOptions.
 struct MeshOptions {
   std::optional<double> cell;  ///< side of the cells it is made from, metres; default: half the particles' radius
-  std::string density_file;    ///< also the particles' density on cells of that side, as an OpenVDB file; or empty
+  std::string density_file;    ///< also the particles' density on a grid, as an OpenVDB file; or empty
+  std::optional<double> density_cell;    ///< of that grid, metres; default: half the particles' radius
   std::optional<double> density_radius;  ///< of the balls that fill the fluid with it; default: the particles' radius
   // The surface.
   std::optional<double> radius;
@@ -311,7 +314,8 @@ struct MeshReport {
   std::uint64_t vertices = 0, triangles = 0, components = 0;
   Point low{}, high{};  ///< its bounds
   double volume = 0, area = 0;
-  /// Of the density: voxels that are not 0; its integral, m3 of fluid at rest density.
+  /// Of the density: side of its voxels; voxels that are not 0; its integral, m3 of fluid at rest density.
+  double density_cell = 0;
   std::uint64_t density_voxels = 0;
   double density_integral = 0;
   std::vector<std::string> notes;  ///< what was left out or put right, one sentence each

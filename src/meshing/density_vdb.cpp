@@ -6,6 +6,8 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <sstream>
+#include <utility>
 #endif
 
 namespace embrun {
@@ -44,20 +46,27 @@ openvdb::FloatGrid::Ptr make_grid(const DensityGrid& grid, Vec3d origin, const s
   return result;
 }
 
+/// Its class of files opens them by itself, and does not notice when a disk is full.
+class VdbEncoder : public openvdb::io::Archive {
+ public:
+  std::string encode(const openvdb::FloatGrid::Ptr& grid) const {
+    std::ostringstream bytes(std::ios::binary);
+    bytes.exceptions(std::ios::badbit | std::ios::failbit);
+    write(bytes, openvdb::GridCPtrVec{grid}, true);
+    return std::move(bytes).str();
+  }
+};
+
 }  // namespace
 
 bool can_write_vdb() { return true; }
 
 void require_vdb() {}
 
-void write_vdb(const std::string& path, const DensityGrid& grid, Vec3d origin, const std::string& comment) {
+std::string encode_vdb(const DensityGrid& grid, Vec3d origin, const std::string& comment) {
   EMBRUN_CHECK(grid.channels == 1);
   openvdb::initialize();
-  try {
-    openvdb::io::File(path).write(openvdb::GridCPtrVec{make_grid(grid, origin, comment)});
-  } catch (const std::exception& error) {  // of openvdb's, and of the stream's
-    throw Error("cannot write " + path + ": " + error.what());
-  }
+  return VdbEncoder().encode(make_grid(grid, origin, comment));
 }
 
 #else
@@ -67,11 +76,13 @@ bool can_write_vdb() { return false; }
 void require_vdb() {
   throw Error(
       "this build has no OpenVDB, which writes density grids: install it (on Debian: apt-get install libopenvdb-dev "
-      "libboost-dev), "
-      "configure and build again");
+      "libboost-dev), configure and build again");
 }
 
-void write_vdb(const std::string&, const DensityGrid&, Vec3d, const std::string&) { require_vdb(); }
+std::string encode_vdb(const DensityGrid&, Vec3d, const std::string&) {
+  require_vdb();
+  return {};
+}
 
 #endif
 

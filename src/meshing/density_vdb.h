@@ -11,9 +11,9 @@ bool can_write_vdb();
 /// Throws Error that says how to get it when it has not.
 void require_vdb();
 
-/// Writes a grid of one channel to a file as an OpenVDB FloatGrid named "density", of class fog volume: values are those of
-/// cells, whose side is the grid's voxel size. What is 0 takes no room. `origin` is what the grid's coordinates are
-/// relative to; `comment` goes into the metadata. Throws Error when the file cannot be written, or without OpenVDB.
-void write_vdb(const std::string& path, const DensityGrid& grid, Vec3d origin, const std::string& comment);
+/// The bytes of an OpenVDB file that holds a grid of one channel as a FloatGrid named "density", of class fog volume:
+/// values are those of cells, whose side is the grid's voxel size. What is 0 takes no room. `origin` is what the grid's
+/// coordinates are relative to; `comment` goes into the metadata. Throws Error without OpenVDB.
+std::string encode_vdb(const DensityGrid& grid, Vec3d origin, const std::string& comment);
 
 }  // namespace embrun

@@ -52,7 +52,10 @@ FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptio
   fluid.radii = measured.radius.radii;
   fluid.surface = surface_settings(measured, options);
   fluid.method = method_from_names(options.method, options.representation);
-  if (fluid.method == SurfaceMethod::mesh) fluid.mesh_cell = options.mesh_cell.value_or(0);
+  if (fluid.method == SurfaceMethod::mesh) {
+    fluid.mesh_cell = options.mesh_cell.value_or(0);
+    fluid.density_cell = options.density_cell.value_or(0);
+  }
   fluid.material = water_material(options);
   if (options.container) {
     const auto& c = *options.container;

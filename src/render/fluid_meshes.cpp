@@ -88,7 +88,7 @@ ValueGridDescription fill(const DensityGrid& grid, const CellBox& box, Vec3d rec
 GridMediumDescription grid_medium(const FluidDescription& fluid, const MeshProgress& progress) {
   const Vec3d recentring = place(fluid.placement, fluid.positions.front());
   const PlacedParticles placed = place_particles(fluid, recentring);
-  const double own = fluid.mesh_cell > 0 ? fluid.mesh_cell : 0.5 * static_cast<double>(fluid.surface.radius);
+  const double own = fluid.density_cell > 0 ? fluid.density_cell : 0.5 * static_cast<double>(fluid.surface.radius);
   const DensityGrid grid =
       sample_density(placed.particles, static_cast<float>(own * largest_scale(fluid.placement)), progress);
   const CellBox box = box_of(grid);

@@ -24,8 +24,7 @@ using MeshProgress = std::function<void(double fraction)>;
 /// Makes meshes of fluids for compile(). `counts` adds up what they took, if given.
 FluidMesher fluid_mesher(FluidMeshCounts* counts = nullptr, MeshProgress progress = {});
 
-/// The scene with what is in its fluids of SurfaceMethod::mesh on grids of the mesh's cells, as the pipeline has it that
-/// they stand for (method section 7). Particles that glow stay particles: grids do not glow.
+/// The scene with what is in its fluids of SurfaceMethod::mesh on grids, as the pipeline has it that they stand for (method section 7). Particles that glow stay particles: grids do not glow.
 SceneDescription with_grid_media(const SceneDescription& scene, FluidMeshCounts* counts = nullptr,
                                  const MeshProgress& progress = {});
 

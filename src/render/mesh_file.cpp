@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/error.h"
 #include "base/instruction_set.h"
@@ -39,15 +40,26 @@ RenderOptions render_options(const MeshOptions& o) {
 
 Point to_point(Vec3d p) { return {p.x, p.y, p.z}; }
 
-/// The middle of the particles' bounds, to the next multiple of `step`: grids of the same cells are aligned everywhere.
-Vec3d middle_of(const std::vector<Vec3d>& positions, double step) {
+/// The middle of the particles' bounds.
+Vec3d middle_of(const std::vector<Vec3d>& positions) {
   Vec3d low = positions.front(), high = low;
   for (const Vec3d& p : positions) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  const Vec3d middle = 0.5 * (low + high);
-  return {std::round(middle.x / step) * step, std::round(middle.y / step) * step, std::round(middle.z / step) * step};
+  return 0.5 * (low + high);
+}
+
+/// The next place whose coordinates are multiples of a number.
+Vec3d round_to(double step, Vec3d p) {
+  return {std::round(p.x / step) * step, std::round(p.y / step) * step, std::round(p.z / step) * step};
+}
+
+std::vector<Vec3> relative_to(Vec3d origin, const std::vector<Vec3d>& positions) {
+  std::vector<Vec3> result;
+  result.reserve(positions.size());
+  for (const Vec3d& p : positions) result.push_back(to_float(p - origin));
+  return result;
 }
 
 /// A mesh and a density in the making, one step after the other.
@@ -60,6 +72,7 @@ struct MeshWork {
   std::vector<Vec3> positions;  ///< single precision is enough about the particles' middle
   TriangleMesh mesh;
   DensityGrid density;
+  Vec3d density_origin;  ///< what that is relative to: so that grids of the same cells are aligned everywhere
 
   void read(const std::string& particle_file);
   void take_measure(ParticleSet particles, const std::string& name);
@@ -96,11 +109,10 @@ void MeshWork::take_measure(ParticleSet particles, const std::string& name) {
   report.spacing = measured.spacing.spacing;
   report.notes = measured.particles.notes;
   report.cell = options.cell.value_or(0.5 * report.radius);
+  report.density_cell = options.density_cell.value_or(0.5 * report.radius);
 
-  const double tile = static_cast<double>(DensityGrid::tile_side * static_cast<float>(report.cell));
-  origin = middle_of(measured.particles.positions, tile);
-  positions.reserve(measured.particles.size());
-  for (const Vec3d& p : measured.particles.positions) positions.push_back(to_float(p - origin));
+  origin = middle_of(measured.particles.positions);
+  positions = relative_to(origin, measured.particles.positions);
   report.measure_seconds = watch.seconds();
 }
 
@@ -146,14 +158,17 @@ void MeshWork::make_density() {
   std::vector<float> radii = measured.radius.radii;
   const double scale = options.density_radius ? *options.density_radius / report.radius : 1;
   for (float& radius : radii) radius *= static_cast<float>(scale);
+  const auto cell = static_cast<float>(report.density_cell);
+  density_origin = round_to(static_cast<double>(DensityGrid::tile_side * cell), origin);
+  const std::vector<Vec3> places = relative_to(density_origin, measured.particles.positions);
   DensityParticles particles;
-  particles.positions = positions;
+  particles.positions = places;
   particles.radii = radii;
   particles.radius = static_cast<float>(scale * report.radius);
   particles.extinction = grey(1);
   particles.factors = relative_densities(measured.particles, report.notes, report.input);
-  density = sample_density(particles, static_cast<float>(report.cell),
-                           [&](double fraction) { tell(hooks, "sampling", fraction, watch.seconds()); });
+  density =
+      sample_density(particles, cell, [&](double fraction) { tell(hooks, "sampling", fraction, watch.seconds()); });
   double sum = 0;
   for (const float value : density.extinction) {
     report.density_voxels += value != 0;
@@ -171,9 +186,8 @@ void MeshWork::write(const std::string& mesh_file) {
   if (!options.command.empty()) comment += ": " + options.command;
   write_mesh(mesh_file, mesh, {origin, 1e-3f * static_cast<float>(report.cell), comment});
   if (!options.density_file.empty()) {
-    write_named_file_atomically(options.density_file, [&](const std::filesystem::path& temporary) {
-      write_vdb(temporary.string(), density, origin, comment);
-    });
+    const std::string bytes = encode_vdb(density, density_origin, comment);
+    write_file_atomically(options.density_file, std::as_bytes(std::span(bytes)));
   }
   report.write_seconds = watch.seconds();
   tell(hooks, "writing", 1, report.write_seconds);
@@ -185,6 +199,8 @@ void check_mesh_options(const MeshOptions& o) {
   check_options(render_options(o));
   if (o.cell && !(*o.cell > 0 && std::isfinite(*o.cell)))
     throw Error(fmt::format("cell {}: it must be positive", *o.cell));
+  if (o.density_cell && !(*o.density_cell > 0 && std::isfinite(*o.density_cell)))
+    throw Error(fmt::format("density cell {}: it must be positive", *o.density_cell));
   if (o.density_radius && !(*o.density_radius > 0 && std::isfinite(*o.density_radius)))
     throw Error(fmt::format("density radius {}: it must be positive", *o.density_radius));
 }
@@ -203,7 +219,7 @@ MeshReport mesh_file(const std::string& particle_file, const std::string& mesh_f
   check_mesh_options(options);
   check_mesh_output(mesh_file);
   if (!options.density_file.empty()) check_density_output(options.density_file);
-  MeshWork work{options, hooks, {}, {}, {}, {}, {}, {}};
+  MeshWork work{options, hooks, {}, {}, {}, {}, {}, {}, {}};
   run_on_threads(options.threads, [&] {
     work.read(particle_file);
     work.make_mesh();
@@ -225,8 +241,8 @@ std::string to_text(const MeshReport& r) {
   text += fmt::format("  mesh       {} triangles, {} vertices, {} closed pieces, from cells of {:.6g} m\n", r.triangles,
                       r.vertices, r.components, r.cell);
   if (r.density_voxels > 0)
-    text += fmt::format("  density    {} voxels, {:.6g} m3 of fluid at rest density, in {:.2f} s\n", r.density_voxels,
-                        r.density_integral, r.density_seconds);
+    text += fmt::format("  density    {} voxels of {:.6g} m, {:.6g} m3 of fluid at rest density, in {:.2f} s\n",
+                        r.density_voxels, r.density_cell, r.density_integral, r.density_seconds);
   text += fmt::format("  bounds     {:.6g},{:.6g},{:.6g} to {:.6g},{:.6g},{:.6g} m; volume {:.6g} m3, area {:.6g} m2\n",
                       r.low[0], r.low[1], r.low[2], r.high[0], r.high[1], r.high[2], r.volume, r.area);
   text += fmt::format(
@@ -261,7 +277,8 @@ std::string to_json(const MeshReport& r) {
                        {"influence_radius", r.influence_radius}};
   json["mesh"] = {{"cell", r.cell}, {"vertices", r.vertices}, {"triangles", r.triangles}, {"components", r.components},
                   {"low", r.low},   {"high", r.high},         {"volume", r.volume},       {"area", r.area}};
-  if (r.density_seconds > 0) json["density"] = {{"voxels", r.density_voxels}, {"integral", r.density_integral}};
+  if (r.density_seconds > 0)
+    json["density"] = {{"cell", r.density_cell}, {"voxels", r.density_voxels}, {"integral", r.density_integral}};
   json["notes"] = r.notes;
   return json.dump(2) + "\n";
 }

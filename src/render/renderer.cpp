@@ -90,7 +90,9 @@ SceneFile read_scene(const SceneInput& input) {
       fluid.method = SurfaceMethod::mesh;
     else if (input.representation && fluid.method == SurfaceMethod::mesh)
       fluid.method = SurfaceMethod::fast;
-    if (input.mesh_cell && fluid.method == SurfaceMethod::mesh) fluid.mesh_cell = *input.mesh_cell;
+    if (fluid.method != SurfaceMethod::mesh) continue;
+    fluid.mesh_cell = input.mesh_cell.value_or(fluid.mesh_cell);
+    fluid.density_cell = input.density_cell.value_or(fluid.density_cell);
   }
   return file;
 }
@@ -115,6 +117,8 @@ void check_options(const RenderOptions& o) {
   method_from_names(o.method, o.representation);
   if (o.mesh_cell && !(*o.mesh_cell > 0 && std::isfinite(*o.mesh_cell)))
     throw Error(fmt::format("mesh cell {}: it must be positive", *o.mesh_cell));
+  if (o.density_cell && !(*o.density_cell > 0 && std::isfinite(*o.density_cell)))
+    throw Error(fmt::format("density cell {}: it must be positive", *o.density_cell));
   up_from_name(o.up);
   floor_from_name(o.floor);
   filter_from_name(o.filter);

@@ -38,7 +38,9 @@ struct FluidDescription {
   std::vector<float> radii;  ///< one per particle, or empty: `surface.radius` for all
   SurfaceSettings surface;
   SurfaceMethod method = SurfaceMethod::fast;
-  double mesh_cell = 0;  ///< side of the cells of SurfaceMethod::mesh, metres; 0: half the radius
+  // Of SurfaceMethod::mesh, metres, 0: half the radius. Sides of the cells that the mesh is made from, and of those of the
+  // grid that holds what is inside it.
+  double mesh_cell = 0, density_cell = 0;
   MaterialDescription material = dielectric_material(1.33);
   /// The fluid ends at this box, with a flat face wherever it reaches it.
   std::optional<Box3d> container;

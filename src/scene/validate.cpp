@@ -247,6 +247,8 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   if (fluid.container) check_box(*fluid.container, what + ": container");
   require(fluid.mesh_cell >= 0 && finite(fluid.mesh_cell), "{}: mesh cell {} is negative or not finite", what,
           fluid.mesh_cell);
+  require(fluid.density_cell >= 0 && finite(fluid.density_cell), "{}: density cell {} is negative or not finite", what,
+          fluid.density_cell);
   require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap),
           "{}: overlap with walls of {} m is negative or not finite", what, fluid.wall_overlap);
   if (!fluid.medium) return;

@@ -115,7 +115,8 @@ TEST(DensityGrid, AveragesBallsThatOverlap) {
     for (int c = 0; c < 3; ++c) {
       // A point within rounding of a ball's edge counts a sixty-fourth.
       EXPECT_NEAR(grid.extinction[3 * index + static_cast<std::size_t>(c)], k[c], 1e-4);
-      if (k[c] > 0) EXPECT_NEAR(grid.albedo[index][c], scattering[c] / k[c], 1e-3);
+      const double albedo = k[c] > 0 ? scattering[c] / k[c] : 0;
+      EXPECT_NEAR(grid.albedo[index][c], albedo, 1e-3);
     }
   });
   EXPECT_GT(filled, 200u);

@@ -108,6 +108,7 @@ const Flaw flaws[] = {
      "as balls, which the placement"},
     {"no_particles", [](auto& s) { s.fluids[0].positions.clear(); }, "fluid 1: it has no particles"},
     {"mesh_cell", [](auto& s) { s.fluids[0].mesh_cell = -1; }, "mesh cell -1"},
+    {"density_cell", [](auto& s) { s.fluids[0].density_cell = -1; }, "density cell -1"},
     {"wall_overlap", [](auto& s) { s.fluids[0].wall_overlap = -1; }, "overlap with walls of -1"},
     {"radius", [](auto& s) { s.fluids[0].surface.radius = -1; }, "particle radius -1 is not positive"},
     {"nan_radius", [](auto& s) { s.fluids[0].surface.radius = std::nanf(""); }, "particle radius nan"},

@@ -219,6 +219,7 @@ void add_fluid(SceneReading& reading, SceneObject& shape, ShapeParticles& read, 
       shape, "method", fluid.method,
       {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}, {"mesh", SurfaceMethod::mesh}});
   fluid.mesh_cell = shape.number("mesh_cell", fluid.mesh_cell);
+  fluid.density_cell = shape.number("density_cell", fluid.density_cell);
   const std::optional<Vec3d> low = shape.vector("container_low"), high = shape.vector("container_high");
   if (low.has_value() != high.has_value()) shape.fail("a container has both a 'container_low' and a 'container_high'");
   if (low) fluid.container = Box3d{*low, *high};
