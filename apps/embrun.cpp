@@ -27,6 +27,7 @@ constexpr const char* footer =
     "  embrun mesh dam.bgeo -o dam.ply\n"
     "  embrun info dam.bgeo\n"
     "  embrun compare dam.exr reference.exr\n"
+    "  embrun reproduce dam-break --quick -o out\n"
     "  embrun render --help          every option, with its default\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
     "3 pictures that differ by more than the limit given, 130 interrupted.\n"
@@ -44,6 +45,7 @@ int run(int argc, char** argv) {
   add_mesh_command(program, command_line_of(argc, argv), exit_code);
   add_scene_command(program, exit_code);
   add_compare_command(program, exit_code);
+  add_reproduce_command(program, command_line_of(argc, argv), exit_code);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,14 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <iterator>
 #include <limits>
 #include <memory>
 
 #include "commands.h"
+#include "interruption.h"
 #include "parse_values.h"
 #include "progress_display.h"
 #include "surface_options.h"
@@ -306,22 +305,6 @@ int write_scene_file(const CLI::App& command, const RenderArguments& a) {
   return exit_done;
 }
 
-// ---- interruption ------------------------------------------------------------------------------------------------
-
-std::atomic<bool> interrupted{false};
-
-extern "C" void note_interrupt(int) { interrupted.store(true); }
-
-/// The first Ctrl-C (or SIGTERM) asks for an orderly end, the second ends the program as usual.
-void catch_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = note_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
 // ---- rendering ---------------------------------------------------------------------------------------------------
 
 int run_render(const CLI::App& command, RenderArguments& a, const std::string& command_line) {
@@ -339,12 +322,11 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
   check_output(a.output, a.options);
   if (!a.report.empty()) check_text_output(a.report);
   a.options.command = command_line;
-  catch_interrupts();
 
   ProgressDisplay display(a.quiet);
   RenderHooks hooks;
   hooks.progress = [&](const Progress& progress) { display.show(progress); };
-  hooks.cancel = &interrupted;
+  hooks.cancel = &catch_interrupts();
   const RenderReport report = is_scene ? render_file(scene_input(command, a), a.output, a.options, hooks)
                                        : render_file(a.input, a.output, a.options, hooks);
   display.finish();

@@ -20,6 +20,8 @@ write_basic_package_version_file(
 install(TARGETS embrun EXPORT embrun-targets)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/embrun DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
+# What embrun reproduce renders.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/embrun/data)
 install(EXPORT embrun-targets NAMESPACE embrun:: DESTINATION ${embrun_config_dir})
 install(FILES ${PROJECT_BINARY_DIR}/embrun-config.cmake ${PROJECT_BINARY_DIR}/embrun-config-version.cmake
         DESTINATION ${embrun_config_dir})

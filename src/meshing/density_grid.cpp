@@ -1,6 +1,7 @@
 #include "meshing/density_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -47,6 +48,8 @@ class Sampler {
   Matter matter_of(std::uint32_t particle) const;
   void add(const Placed& particle, TileSums& sums) const;
   void add_row(const Placed& particle, int first, int last, float beside, std::size_t row, TileSums& sums) const;
+  template <class Value>
+  void add_up(const Value& value, std::array<float, tile_cells>& cells) const;
   void reduce(const TileSums& sums, std::size_t tile) const;
 
   const DensityParticles& particles_;
@@ -151,36 +154,53 @@ void Sampler::add(const Placed& particle, TileSums& sums) const {
   }
 }
 
+/// Adds up what `value` gives for the points of each cell of a tile, row by row.
+template <class Value>
+void Sampler::add_up(const Value& value, std::array<float, tile_cells>& cells) const {
+  cells.fill(0.0f);
+  const int side = tile_side * points_;
+  for (int row = 0; row < side * side; ++row) {
+    float* out = cells.data() + (row / side / points_ * tile_side + row % side / points_) * tile_side;
+    const auto first = static_cast<std::size_t>(row * side);
+    for (int x = 0; x < tile_side; ++x) {
+      float sum = 0;
+      for (int i = 0; i < points_; ++i) sum += value(first + static_cast<std::size_t>(x * points_ + i));
+      out[x] += sum;
+    }
+  }
+}
+
 /// Cells are the means of their points: balls are averaged at each point, smooth sums are what they are.
 void Sampler::reduce(const TileSums& sums, std::size_t tile) const {
-  const int side = tile_side * points_;
   const float share = 1.0f / static_cast<float>(points_ * points_ * points_);
-  const bool one_matter = same_matter_ && !own_albedos_;
-  for (std::size_t cell = 0; cell < tile_cells; ++cell) {
-    const int x = static_cast<int>(cell) % tile_side, y = static_cast<int>(cell) / tile_side % tile_side,
-              z = static_cast<int>(cell) / tile_side / tile_side;
-    Rgb extinction, scattering;
-    for (int k = z * points_; k < (z + 1) * points_; ++k) {
-      for (int j = y * points_; j < (y + 1) * points_; ++j) {
-        for (int i = x * points_; i < (x + 1) * points_; ++i) {
-          const auto at = static_cast<std::size_t>((k * side + j) * side + i);
-          const float weight = sums.weight[at];
-          if (!(weight > 0)) continue;
-          const float norm = smooth_ ? share : share / weight;
-          if (one_matter) extinction += particles_.extinction * (norm * weight);
-          for (int c = 0; c < 3 && !one_matter; ++c) {
-            const auto channel = static_cast<std::size_t>(c);
-            extinction[c] += norm * sums.extinction[grid_.channels == 1 ? 0 : channel][at];
-            if (own_albedos_) scattering[c] += norm * sums.scattering[channel][at];
-          }
-        }
-      }
+  // Weights of balls count them. Where there is none the sums are 0, whatever they are divided by.
+  const auto mean_of = [&](const std::vector<float>& values, std::array<float, tile_cells>& cells) {
+    if (smooth_)
+      add_up([&](std::size_t at) { return values[at]; }, cells);
+    else
+      add_up([&](std::size_t at) { return values[at] / max_of(sums.weight[at], 1.0f); }, cells);
+  };
+  std::array<float, tile_cells> cells;
+  const auto channels = static_cast<std::size_t>(grid_.channels);
+  float* extinction = grid_.extinction.data() + tile * tile_cells * channels;
+  for (std::size_t c = 0; c < channels; ++c) {
+    float factor = share;
+    if (same_matter_ && !own_albedos_) {
+      factor *= particles_.extinction[static_cast<int>(c)];
+      mean_of(sums.weight, cells);
+    } else {
+      mean_of(sums.extinction[c], cells);
     }
-    const std::size_t out = tile * tile_cells + cell, channels = static_cast<std::size_t>(grid_.channels);
-    for (std::size_t c = 0; c < channels; ++c) grid_.extinction[out * channels + c] = extinction[static_cast<int>(c)];
-    if (!own_albedos_) continue;
-    for (int c = 0; c < 3; ++c)
-      grid_.albedo[out][c] = extinction[c] > 0 ? min_of(scattering[c] / extinction[c], 1.0f) : 0.0f;
+    for (std::size_t cell = 0; cell < tile_cells; ++cell) extinction[cell * channels + c] = factor * cells[cell];
+  }
+  if (!own_albedos_) return;
+  for (std::size_t c = 0; c < 3; ++c) {
+    mean_of(sums.scattering[c], cells);
+    for (std::size_t cell = 0; cell < tile_cells; ++cell) {
+      const float k = extinction[cell * channels + (channels == 1 ? 0 : c)];
+      grid_.albedo[tile * tile_cells + cell][static_cast<int>(c)] =
+          k > 0 ? min_of(share * cells[cell] / k, 1.0f) : 0.0f;
+    }
   }
 }
 
