@@ -80,6 +80,7 @@ void add_reproduce_command(CLI::App& program, const std::string& command_line, i
   c->add_flag("--quick", a->options.quick, "small and noisy: 192x144, 8 samples");
   c->add_option("--data", a->options.data, "folder of the sample data: dam_break.bgeo, calm_pool.bgeo, ...")
       ->default_str("where the program is from");
+  c->add_option("--radius", a->options.radius, "metres: R0 of the particles")->capture_default_str();
   c->add_option("--size", a->size, "WxH in pixels")->default_str("768x574");
   c->add_option("--spp", a->options.samples, "samples per pixel, an even number")->default_str("128");
   c->add_option("--thesis-spp", a->options.thesis_samples,

@@ -16,6 +16,7 @@ struct ReproduceOptions {
   std::string folder;                      ///< that everything is written to; made if it is not there
   std::string data = "data";               ///< the sample particles: dam_break, calm_pool, ... by any format's name
   bool quick = false;                      ///< small and noisy, to see that it works; its times say little
+  double radius = 0.025;                   ///< R0, metres: that of the solver which made the sample data
   std::optional<std::array<int, 2>> size;  ///< default: the thesis's 768x574; quick: 192x144
   std::optional<int> samples;              ///< per pixel, in two halves; default: the thesis's 128; quick: 8
   std::optional<int> thesis_samples;       ///< of the one row by the thesis's own tracer, a quarter as wide; default: 2

@@ -69,6 +69,7 @@ PictureSpec picture_of(const Row& row, Way way, const std::string& particles, co
   }
   o.threads = options.threads;
   o.max_depth = bounces;
+  o.radius = options.radius;
   o.view = row.view == 1 ? "front" : "three-quarter";
   o.order = row.order;
   o.refractions = row.refractions;
@@ -84,6 +85,7 @@ PictureSpec picture_of(const Row& row, Way way, const std::string& particles, co
 
 std::string flags_of(const RenderOptions& o) {
   std::string flags = fmt::format("--size {}x{} --max-depth {} --order {}", o.width, o.height, o.max_depth, o.order);
+  if (o.radius) flags += fmt::format(" --radius {:g}", *o.radius);
   if (o.camera_from) {
     flags +=
         fmt::format(" --camera-from={} --camera-to={}", point(*o.camera_from), point(o.camera_to.value_or(Point{})));

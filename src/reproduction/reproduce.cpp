@@ -76,7 +76,7 @@ void Run::prepare() {
                     options_.data));
   water_ = *water;
   for (const char* part : {"renders", "figures", "picked"}) make_folder(folder_ / part);
-  sized_ = size_particles(read_particles(water_), std::nullopt, water_);
+  sized_ = size_particles(read_particles(water_), options_.radius, water_);
   showcase_ = showcase_pictures(options_, (folder_ / "picked").string(), findings_.notes);
   total_ = 2 * static_cast<int>(table_rows().size()) + 1 + static_cast<int>(showcase_.size()) + 3;
 }

@@ -17,10 +17,8 @@ namespace {
 /// Picks particles of a fluid and writes those that replace them.
 class Picker {
  public:
-  Picker(const std::string& file, std::string folder, std::string name)
-      : sized_(size_particles(read_particles(file), std::nullopt, file)),
-        folder_(std::move(folder)),
-        name_(std::move(name)) {
+  Picker(const std::string& file, double radius, std::string folder, std::string name)
+      : sized_(size_particles(read_particles(file), radius, file)), folder_(std::move(folder)), name_(std::move(name)) {
     for (const Vec3d& p : sized_.particles.positions) heights_.push_back(p.y);
     std::sort(heights_.begin(), heights_.end());
   }
@@ -37,9 +35,9 @@ class Picker {
     return write(
         "bubbles", [&](const Vec3d& p) { return p.y < top && uniform(0, 1) < 0.04 ? 1 : 0; }, 0.1, 0.4, 0.5);
   }
-  /// Rafts on the highest layer.
-  std::string foam() {
-    const double bottom = height(0.97);
+  /// Rafts on what is above that share of the particles.
+  std::string foam(double share) {
+    const double bottom = height(share);
     return write(
         "foam",
         [&](const Vec3d& p) {
@@ -90,9 +88,9 @@ class Showcase {
   void calm_pool() {
     const auto water = find("calm_pool", "figures 67a and 67c");
     if (!water) return;
-    Picker pick(*water, picked_, "calm");
+    Picker pick(*water, options_.radius, picked_, "calm");
     RenderOptions foam = view({3.6, 2.2, 3.4}, {0.2, 0.55, 0});
-    foam.foam = {pick.foam()};
+    foam.foam = {pick.foam(0.97)};
     add("figure67a", "foam on a calm pool", *water, foam);
     RenderOptions sand = view({0.9, 1.15, 4.6}, {0.25, 0.38, 0});
     sand.bubbles = {pick.bubbles()};
@@ -108,7 +106,7 @@ class Showcase {
       add("figure67b", "foam on turbulent water", water, o);
     }
     if (const auto bubbles = find("dam_break_bubbles", "figure 67d")) {
-      Picker pick(water, picked_, "turbulent");
+      Picker pick(water, options_.radius, picked_, "turbulent");
       RenderOptions o = turbulent;
       o.bubbles = {*bubbles};
       o.sand = {pick.sand()};
@@ -119,7 +117,7 @@ class Showcase {
   void two_fluids() {
     const auto heavy = find("two_fluids_heavy", "figure 68"), light = find("two_fluids_light", "figure 68");
     if (!heavy || !light) return;
-    Picker pick(*heavy, picked_, "fluids");
+    Picker pick(*heavy, options_.radius, picked_, "fluids");
     const RenderOptions plain = view({3.6, 3.0, 5.4}, {0, 0.75, 0});
     RenderOptions clear = plain;
     clear.fluids.push_back({*light, {}, {}, {}, {}, 0});
@@ -135,7 +133,7 @@ class Showcase {
     sand.sand = {pick.sand()};
     add("figure68c", "bubbles and sand", *heavy, sand);
     RenderOptions foam = clear;
-    foam.foam = {pick.foam()};
+    foam.foam = {pick.foam(0.8)};
     add("figure68d", "foam", *heavy, foam);
   }
 
@@ -174,6 +172,8 @@ std::vector<PictureSpec> showcase_pictures(const ReproduceOptions& options, cons
   showcase.calm_pool();
   if (const auto water = find_particles(options.data, "dam_break")) showcase.dam_break(*water);
   showcase.two_fluids();
+  std::sort(showcase.pictures.begin(), showcase.pictures.end(),
+            [](const PictureSpec& a, const PictureSpec& b) { return a.name < b.name; });
   return std::move(showcase.pictures);
 }
 

@@ -58,7 +58,8 @@ class Reproduce : public Cli {
     fs::copy_file(folder / "water.xyz", folder / "samples/dam_break.xyz");
     fs::copy_file(folder / "water.xyz", folder / "samples/dam_break_foam.xyz");
   }
-  const std::string command = "reproduce dam-break -o out --data samples --size 24x18 --spp 4 --threads 1";
+  const std::string command =
+      "reproduce dam-break -o out --data samples --size 24x18 --spp 4 --radius 0.05 --threads 1";
 };
 
 TEST_F(Reproduce, WritesEveryRowOfTheTablesAndGoesOn) {
@@ -146,6 +147,7 @@ TEST_F(Reproduce, RefusesWhatCannotBe) {
   refused("reproduce dam-break -o out --thesis-spp 1", 2, "even number");
   refused("reproduce dam-break -o out --size 8x8", 2, "at least 16x16");
   refused("reproduce dam-break -o out --size big", 2, "--size");
+  refused("reproduce dam-break -o out --radius 0", 2, "radius 0");
   refused("reproduce dam-break -o out --threads -1", 2, "-1 threads");
   refused("reproduce dam-break -o out --data nowhere", 1, "nowhere: there is no dam_break.bgeo");
   std::ofstream(folder / "samples/dam_break.bgeo") << "this is no bgeo file";
