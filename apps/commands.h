@@ -22,6 +22,7 @@ void add_info_command(CLI::App& program, int& exit_code);
 void add_mesh_command(CLI::App& program, const std::string& command_line, int& exit_code);
 void add_scene_command(CLI::App& program, int& exit_code);
 void add_compare_command(CLI::App& program, int& exit_code);
+void add_bench_command(CLI::App& program, int& exit_code);
 void add_reproduce_command(CLI::App& program, const std::string& command_line, int& exit_code);
 
 }  // namespace embrun

@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   add_mesh_command(program, command_line_of(argc, argv), exit_code);
   add_scene_command(program, exit_code);
   add_compare_command(program, exit_code);
+  add_bench_command(program, exit_code);
   add_reproduce_command(program, command_line_of(argc, argv), exit_code);
   try {
     program.parse(argc, argv);

@@ -11,15 +11,16 @@
 #include <vector>
 
 #include "geometry/implicit_surface.h"
-#include "geometry/ray_recorder.h"
 #include "geometry/surface_settings.h"
 #include "geometry/tracers.h"
 #include "io/read_particles.h"
 #include "measure.h"
+#include "measure/ray_recorder.h"
 
 namespace {
 
 using namespace embrun;
+using namespace embrun::measure;
 using namespace embrun::test;
 using bench::Collector;
 using bench::run_rays;

@@ -11,20 +11,21 @@
 #include <string>
 #include <vector>
 
+#include "backend/cpu/embree_mesh.h"
 #include "base/error.h"
-#include "embree_mesh.h"
 #include "geometry/implicit_surface.h"
-#include "geometry/ray_recorder.h"
 #include "geometry/surface_model.h"
 #include "geometry/thesis_tracer.h"
 #include "geometry/tracers.h"
 #include "io/read_particles.h"
 #include "measure.h"
+#include "measure/ray_recorder.h"
 #include "meshing/isosurface.h"
 
 namespace {
 
 using namespace embrun;
+using namespace embrun::measure;
 using namespace embrun::test;
 using bench::Collector;
 using bench::run_rays;
@@ -40,7 +41,7 @@ struct Subject {
   SurfaceSettings settings;
   SurfaceModel model;
   ImplicitSurface surface;
-  std::unique_ptr<bench::EmbreeMesh> mesh;
+  std::unique_ptr<EmbreeMesh> mesh;
   std::unique_ptr<ThesisSurface> thesis;
 
   struct RaySet {
@@ -78,7 +79,7 @@ Subject make_subject(const std::vector<Vec3>& positions, int order, std::size_t 
   s.settings.order = order;
   s.model = resolve_surface_model(positions, {}, s.settings);
   s.surface = build_implicit_surface(positions, {}, s.settings);
-  s.mesh = std::make_unique<bench::EmbreeMesh>(extract_isosurface(positions, {}, s.model, mesh_settings()));
+  s.mesh = std::make_unique<EmbreeMesh>(extract_isosurface(positions, {}, s.model, mesh_settings()));
   if (order == 3) s.thesis = std::make_unique<ThesisSurface>(positions, std::span<const float>(), s.settings);
 
   Box3 box;
@@ -160,7 +161,7 @@ void register_benchmarks(std::vector<Subject>& subjects, TraceFunction trace, Tr
     add(key("embree", s, "build"), [&s](benchmark::State& state) {
       for (auto _ : state) {
         const SurfaceModel model = resolve_surface_model(s.positions, {}, s.settings);
-        const bench::EmbreeMesh mesh(extract_isosurface(s.positions, {}, model, mesh_settings()));
+        const EmbreeMesh mesh(extract_isosurface(s.positions, {}, model, mesh_settings()));
         benchmark::DoNotOptimize(mesh.bytes());
       }
     })->Iterations(1);

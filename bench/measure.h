@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "geometry/ray_recorder.h"
+#include "measure/ray_recorder.h"
 
 namespace embrun::bench {
 
 /// Traces about `count` of the rays, evenly taken, once an iteration; tells the share of hits.
 template <class Trace>
-void run_rays(benchmark::State& state, const std::vector<test::TestRay>& rays, std::size_t count, double& hit_share,
+void run_rays(benchmark::State& state, const std::vector<SidedRay>& rays, std::size_t count, double& hit_share,
               const Trace& trace) {
   const std::size_t stride = std::max<std::size_t>(1, rays.size() / count);
   count = (rays.size() + stride - 1) / stride;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/oracle.h"
+#include "measure/oracle.h"
 
 namespace embrun {
 namespace {

@@ -12,13 +12,14 @@
 #include <cstdio>
 
 #include "base/error.h"
-#include "geometry/oracle_scene.h"
 #include "geometry/tracers.h"
+#include "measure/oracle_scene.h"
 
 namespace {
 
 using namespace embrun;
 using namespace embrun::test;
+using namespace embrun::measure;
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 

@@ -1,18 +1,18 @@
 // The oracle itself: against bodies with known answers, and against wrong answers, each of which it must catch.
 
-#include "geometry/oracle.h"
+#include "measure/oracle.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "geometry/ray_recorder.h"
+#include "measure/ray_recorder.h"
 
 namespace oracle {
 namespace {
 
-using embrun::test::Dice;
+using embrun::measure::Dice;
 
 Vec random_direction(Dice& dice) {
   const embrun::Vec3 d = dice.direction();

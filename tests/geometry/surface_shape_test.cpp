@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "geometry/oracle_scene.h"
 #include "geometry/tracers.h"
+#include "measure/oracle_scene.h"
 #include "meshing/isosurface.h"
 
 namespace embrun::test {

@@ -2,9 +2,11 @@
 // EMBRUN_TRACE_BATCH_FUNCTION that of its batch form.
 
 #include "geometry/implicit_surface_batch.h"
-#include "geometry/test_ray.h"
+#include "geometry/sided_ray.h"
 
 namespace embrun::test {
+
+using TestRay = SidedRay;
 
 namespace {
 

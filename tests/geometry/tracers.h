@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "geometry/implicit_surface.h"
-#include "geometry/ray_recorder.h"
 #include "geometry/surface_hit.h"
+#include "measure/ray_recorder.h"
 
 namespace embrun::test {
+
+using namespace measure;  // the oracle and the recorder
 
 /// A surface tracer and what it owns.
 struct Tracer {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/oracle_scene.h"
 #include "geometry/tracers.h"
+#include "measure/oracle_scene.h"
 
 namespace embrun::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "geometry/oracle_scene.h"
+#include "measure/oracle_scene.h"
 
 namespace embrun::test {
 namespace {

@@ -9,16 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "geometry/oracle_scene.h"
 #include "geometry/tracers.h"
+#include "measure/oracle_scene.h"
 #include "meshing/isosurface.h"
 #include "meshing/sign_grid.h"
 
 namespace embrun {
 namespace {
 
-using test::OracleScene;
-using test::to_oracle;
+using measure::OracleScene;
+using measure::to_oracle;
 
 struct Subject {
   OracleScene scene;
@@ -29,7 +29,7 @@ struct Subject {
 
 Subject make_subject(const std::string& name, int order, Kernel kernel = Kernel::metaball,
                      RecoverMode recover = RecoverMode::smooth) {
-  OracleScene scene = test::make_scene(name, order, 1);
+  OracleScene scene = measure::make_scene(name, order, 1);
   scene.settings.kernel = kernel;
   scene.settings.recover = recover;
   SurfaceModel model = resolve_surface_model(scene.positions, scene.radii, scene.settings);

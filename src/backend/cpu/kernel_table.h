@@ -4,10 +4,14 @@
 
 #include "backend/cpu/cpu_scene.h"
 #include "base/instruction_set.h"
+#include "geometry/implicit_surface.h"
+#include "geometry/sided_ray.h"
 #include "image/film.h"
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
 #include "integrators/scene_hit.h"
+#include "media/flight_batch.h"
+#include "media/grid_medium.h"
 
 struct RTCIntersectFunctionNArguments;
 
@@ -49,6 +53,12 @@ struct KernelTable {
   /// The path tracer's intersections alone, one ray after the other; media[i] is what ray i starts in.
   void (*intersect)(const CpuSceneView&, const Ray* rays, const MediaState* media, int count, bool* found,
                     SceneHit* hits);
+  /// One surface alone, many rays at once: what it costs, without a scene round it.
+  void (*trace_surface)(const ImplicitSurfaceView&, const SidedRay* rays, int count, SurfaceHit* hits, bool* found);
+  /// Flights alone, drawn as in a render: how far each goes, infinite where it does not collide. Through particles, and
+  /// through a grid.
+  void (*fly)(const ParticleDensityView&, const FlightQuery* queries, int count, float* distances);
+  void (*fly_grid)(const GridMedium&, const FlightQuery* queries, int count, float* distances);
   /// Embree's call for a block of balls.
   void (*meet_balls)(const RTCIntersectFunctionNArguments* arguments);
 };

@@ -61,6 +61,50 @@ void intersect(const CpuSceneView& view, const Ray* rays, const MediaState* medi
   for (int i = 0; i < count; ++i) found[i] = intersector.intersect(rays[i], media[i], hits[i]);
 }
 
+struct RaySpan {
+  const SidedRay* rays;
+  int number;
+  SurfaceHit* hits;
+  bool* found;
+
+  EMBRUN_FN int count() const { return number; }
+  EMBRUN_FN const Ray& ray(int i) const { return rays[i].ray; }
+  EMBRUN_FN Side side(int i) const { return rays[i].side; }
+  EMBRUN_FN SurfaceHit& hit(int i) { return hits[i]; }
+  EMBRUN_FN void settle(int i, bool any) { found[i] = any; }
+};
+
+void trace_surface(const ImplicitSurfaceView& view, const SidedRay* rays, int count, SurfaceHit* hits, bool* found) {
+  RaySpan span{rays, count, hits, found};
+  intersect_implicit_surface_batch(view, span);
+}
+
+struct FlightSpan {
+  const FlightQuery* queries;
+  int number;
+  float* distances;
+
+  EMBRUN_FN int count() const { return number; }
+  EMBRUN_FN FlightQuery query(int i) const { return queries[i]; }
+  EMBRUN_FN void settle(int i, const Flight& flight) { distances[i] = flight.collided ? flight.t : infinity; }
+};
+
+void fly(const ParticleDensityView& view, const FlightQuery* queries, int count, float* distances) {
+  FlightSpan span{queries, count, distances};
+  std::uint64_t exceeded = 0;
+  next_collisions(view, FlightSampler::tracking, span, exceeded);
+}
+
+void fly_grid(const GridMedium& medium, const FlightQuery* queries, int count, float* distances) {
+  std::uint64_t exceeded = 0;
+  for (int i = 0; i < count; ++i) {
+    RandomStream random = queries[i].random;
+    const Flight flight =
+        track_grid_flight(medium, queries[i].ray, queries[i].channel, flight_depth(queries[i].u), random, exceeded);
+    distances[i] = flight.collided ? flight.t : infinity;
+  }
+}
+
 }  // namespace
 
 #define EMBRUN_STRING_OF(x) #x
@@ -73,6 +117,9 @@ const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE),
                                   learn_directions,
                                   media_at,
                                   intersect,
+                                  trace_surface,
+                                  fly,
+                                  fly_grid,
                                   meet_block};
 
 }  // namespace EMBRUN_ISA_NAMESPACE

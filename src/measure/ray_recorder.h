@@ -6,9 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/test_ray.h"
+#include "geometry/box.h"
+#include "geometry/sided_ray.h"
 
-namespace embrun::test {
+namespace embrun::measure {
+
+using TestRay = SidedRay;
 
 /// What a ray has done before: it comes from the camera, or left the surface to the outside or the inside.
 enum class RayClass { camera, outside, inside };
@@ -50,4 +53,4 @@ class Dice {
   std::uint64_t state_;
 };
 
-}  // namespace embrun::test
+}  // namespace embrun::measure

@@ -1,11 +1,11 @@
-#include "geometry/ray_recorder.h"
+#include "measure/ray_recorder.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "camera/framing.h"
 
-namespace embrun::test {
+namespace embrun::measure {
 
 std::string_view name_of(RayClass ray_class) {
   return ray_class == RayClass::camera ? "camera" : ray_class == RayClass::outside ? "outside" : "inside";
@@ -133,4 +133,4 @@ RecordedRays record_render(const Intersector& intersect, const Box3& box, std::s
   return recorded;
 }
 
-}  // namespace embrun::test
+}  // namespace embrun::measure

@@ -1,4 +1,4 @@
-#include "geometry/oracle.h"
+#include "measure/oracle.h"
 
 #include <algorithm>
 #include <cmath>

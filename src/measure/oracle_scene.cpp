@@ -1,4 +1,4 @@
-#include "geometry/oracle_scene.h"
+#include "measure/oracle_scene.h"
 
 #include <fmt/core.h>
 
@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "io/read_particles.h"
 
-namespace embrun::test {
+namespace embrun::measure {
 
 namespace {
 
@@ -323,4 +323,4 @@ std::string OracleReport::summary() const {
   return text;
 }
 
-}  // namespace embrun::test
+}  // namespace embrun::measure

@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "geometry/oracle.h"
-#include "geometry/ray_recorder.h"
 #include "geometry/surface_model.h"
 #include "geometry/surface_settings.h"
+#include "measure/oracle.h"
+#include "measure/ray_recorder.h"
 
-namespace embrun::test {
+namespace embrun::measure {
 
 /// Particles and settings that an intersector is judged on.
 struct OracleScene {
@@ -60,4 +60,4 @@ OracleReport judge_rays(const OracleScene& scene, const oracle::Surface& surface
 std::vector<OracleReport> judge_rays(const OracleScene& scene, const oracle::Surface& surface,
                                      const std::vector<Intersector>& intersectors, const std::vector<TestRay>& rays);
 
-}  // namespace embrun::test
+}  // namespace embrun::measure
