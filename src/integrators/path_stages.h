@@ -141,10 +141,12 @@ EMBRUN_LOCAL_FN MediaState media_behind(const Intersector& intersector, const Ra
   return cross_boundary(media, boundary);
 }
 
-/// Lets a ray that goes straight on start behind a crossing. One that rounding has put where the ray starts is left behind by
-/// a little of the offset: two sheets that meet could be crossed in turn for ever.
-EMBRUN_FN void go_on_behind(Ray& ray, const SceneHit& hit) {
-  ray.t_min = hit.surface.t > ray.t_min ? hit.surface.t : ray.t_min + 0.1f * hit.offset;
+/// Lets a ray that goes straight on start behind a crossing, its `passes`-th. One that rounding has put where the ray starts is
+/// left behind by a little of the offset, and by more the longer that goes on: two sheets that meet could be crossed in
+/// turn for ever.
+EMBRUN_FN void go_on_behind(Ray& ray, const SceneHit& hit, int passes) {
+  const float share = 0.1f * static_cast<float>(passes < 100 ? passes + 1 : 100);
+  ray.t_min = hit.surface.t > ray.t_min ? hit.surface.t : ray.t_min + share * hit.offset;
 }
 
 enum class Advance : std::uint8_t {
@@ -195,7 +197,7 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
   }
   if (passes) {
     path.media = behind;
-    go_on_behind(ray, hit);
+    go_on_behind(ray, hit, path.passed);
     if (++path.passed <= max_passes) return Advance::passed;
     ++counters.stuck;
     path.alive = false;
@@ -444,7 +446,7 @@ EMBRUN_LOCAL_FN Rgb trace_shadow_ray(const PathScene& scene, const Intersector& 
     light *= boundary * stretch_transmittance(scene, shadow.media, ray, t, shadow.random, counters);
     if (!found || is_black(light)) return light;
     shadow.media = behind;
-    go_on_behind(ray, hit);
+    go_on_behind(ray, hit, passes);
   }
   ++counters.stuck;
   return {};
