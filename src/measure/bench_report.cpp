@@ -7,6 +7,13 @@
 
 namespace embrun {
 
+namespace {
+
+/// The kinds of ray, in the order of BenchReport::embree_ways.
+constexpr const char* ray_kinds[] = {"camera", "outside", "inside", "shuffled"};
+
+}  // namespace
+
 std::vector<std::pair<std::string, double>> figures(const BenchReport& r) {
   std::vector<std::pair<std::string, double>> all;
   const auto add_rates = [&](const std::string& name, const BenchRates& rates) {
@@ -14,10 +21,8 @@ std::vector<std::pair<std::string, double>> figures(const BenchReport& r) {
     all.emplace_back(name + ".mesh", rates.mesh);
     all.emplace_back(name + ".ratio", rates.ratio());
   };
-  add_rates("rays.camera", r.camera);
-  add_rates("rays.outside", r.outside);
-  add_rates("rays.inside", r.inside);
-  add_rates("rays.shuffled", r.shuffled);
+  const BenchRates* const rates[] = {&r.camera, &r.outside, &r.inside, &r.shuffled};
+  for (std::size_t i = 0; i < std::size(ray_kinds); ++i) add_rates(fmt::format("rays.{}", ray_kinds[i]), *rates[i]);
   all.emplace_back("build.direct_s", r.build_direct);
   all.emplace_back("build.mesh_s", r.build_mesh);
   all.emplace_back("build.ratio", r.build_direct > 0 ? r.build_mesh / r.build_direct : 0);
@@ -36,12 +41,7 @@ std::string to_text(const BenchReport& r) {
   text += fmt::format("  machine    one thread, {}; rates are millions a second\n", r.instruction_set);
   for (const auto& [name, value] : figures(r)) text += fmt::format("  {:<32}{:>12.5g}\n", name, value);
   for (std::size_t i = 0; i < r.embree_ways.size(); ++i)
-    text += fmt::format("  {:<32}{:>12}\n",
-                        fmt::format("rays.{}.embree", i == 0   ? "camera"
-                                                      : i == 1 ? "outside"
-                                                      : i == 2 ? "inside"
-                                                               : "shuffled"),
-                        r.embree_ways[i]);
+    text += fmt::format("  {:<32}{:>12}\n", fmt::format("rays.{}.embree", ray_kinds[i]), r.embree_ways[i]);
   for (const std::string& note : r.notes) text += fmt::format("  note       {}\n", note);
   return text;
 }
@@ -64,8 +64,7 @@ std::string to_json(const BenchReport& r) {
     (*place)[rest] = value;
   }
   json["oracle"] = {{"rays", r.oracle_rays}, {"wrong", r.oracle_wrong}};
-  for (std::size_t i = 0; i < r.embree_ways.size(); ++i)
-    json["rays"][i == 0 ? "camera" : i == 1 ? "outside" : i == 2 ? "inside" : "shuffled"]["embree"] = r.embree_ways[i];
+  for (std::size_t i = 0; i < r.embree_ways.size(); ++i) json["rays"][ray_kinds[i]]["embree"] = r.embree_ways[i];
   json["notes"] = r.notes;
   return json.dump(2) + "\n";
 }
