@@ -73,7 +73,7 @@ EMBRUN_LOCAL_FN void place_crossing(const ImplicitSurfaceView& s, const SurfaceC
                                     const Vec3& direction, bool inside, CellCrossing& c) {
   const float rise = c.normals.rise, fall = c.normals.fall;
   if constexpr (!bounds_known) c.reach = bounded_reach<branch, equal_radii>(s);
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 10; ++i) {
     c.normals = field_normals<kernel, branch, equal_radii, !bounds_known>(s, cell, origin + direction * c.t, c.reach);
     // A last step of Newton's; the normals of where it starts do if it is short.
     const float slope = -dot(c.normals.gradient, direction);
@@ -155,7 +155,7 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   if (!first_possible(model, slack, low, high)) return false;
   float guess = likely_crossing(model, low, high);
   // A ray that has just left the surface runs along it: bounds for its direction alone take it farther.
-  if (equal_radii && !starts_on_surface && guess > low) {
+  if (equal_radii && !starts_on_surface && guess > low && guess - low <= bounded_reach<branch, equal_radii>(s)) {
     const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign,
                                                                          2.0f * model.p2, low, high, guess, crossing);
     if (settled != Settled::open) return settled == Settled::crossing;
@@ -184,7 +184,7 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
     guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
   }
   const float from = low;
-  if (equal_radii && !starts_on_surface) {
+  if (equal_radii && !starts_on_surface && guess - low <= bounded_reach<branch, equal_radii>(s)) {
     const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign, 0.0f, low,
                                                                          high, guess, crossing);
     if (settled != Settled::open) return settled == Settled::crossing;
@@ -202,25 +202,6 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
 /// the exact place too.
 inline constexpr float close_to_surface = 0.3f;
 
-/// Newton's steps to a crossing of F = sign * g near t: first_crossing may leave the last ones to fill_hit, but where the
-/// two fields cross close to each other their order is told by the exact places alone.
-template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
-EMBRUN_LOCAL_FN float refine_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
-                                      const Vec3& direction, float sign, float t) {
-  for (int i = 0; i < 6; ++i) {
-    const FieldOnLine g = field_on_line<kernel, branch, equal_radii, BoundsFor::line>(s, cell, origin + direction * t,
-                                                                                      direction, 0.0f, 0.0f);
-    const float slope = sign * g.slope;
-    if (!(slope > 0.0f)) break;
-    const float longest = min_of(0.1f, 0.5f / slope);
-    const float step = clamp(-sign * g.value / slope, -longest, longest);
-    t += step;
-    // The next step would be smaller by a square; where radii differ, small against the scale of the field's change.
-    if (fabsf(step) < 10.0f * crossing_tolerance * (equal_radii ? 1.0f : min_of(1.0f, 1.0f / slope))) break;
-  }
-  return t;
-}
-
 /// First crossing of the union's surface within [low, high] of one near cell; `model` is that of model_along.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
@@ -232,9 +213,12 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f && !(inside && start.sheet == 0);
   const bool has_main = cell.list_eights > 0;
   const bool has_recovered = cell.recovered_eights > 0;
-  const auto refined = [&]<SurfaceBranch branch>(const CellCrossing& c, float sign, float least, float most) {
-    if (c.placed) return c.t;
-    return clamp(refine_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, c.t), least, most);
+  // first_crossing may leave the last steps to fill_hit, but where the two fields cross close to each other their order
+  // is told by the exact places alone.
+  const auto place = [&]<SurfaceBranch branch>(CellCrossing& c, float least, float most) {
+    if (c.placed) return;
+    place_crossing<kernel, branch, equal_radii, false>(s, cell, origin, direction, inside, c);
+    c.t = clamp(c.t, least, most);
   };
   CellCrossing other;
   if (!inside) {
@@ -242,7 +226,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, model,
                                                        max_of(low, start.clear_main), high, main_start, hit)) {
       found = true;
-      if (has_recovered) hit.t = refined.template operator()<SurfaceBranch::main>(hit, 1.0f, low, high);
+      if (has_recovered) place.template operator()<SurfaceBranch::main>(hit, low, high);
       high = hit.t;
     }
     low = max_of(low, start.clear_recovered);
@@ -266,14 +250,14 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       }
       if (i > 0 && other.t <= low + crossing_tolerance) {
         // Both end here; the later one by their exact places is the surface.
-        other.t = refined.template operator()<SurfaceBranch::main>(other, -1.0f, -infinity, infinity);
+        place.template operator()<SurfaceBranch::main>(other, -infinity, infinity);
         if (other.t > low && other.t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = other;
         return true;
       }
       if (has_recovered && !other.placed &&
           fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin + direction * other.t)) <
               close_to_surface) {
-        other.t = refined.template operator()<SurfaceBranch::main>(other, -1.0f, low, high);
+        place.template operator()<SurfaceBranch::main>(other, low, high);
       }
       hit = other;
       low = hit.t;
@@ -310,7 +294,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, other)) {
       return false;
     }
-    if (has_main) other.t = refined.template operator()<SurfaceBranch::recovered>(other, -1.0f, low, high);
+    if (has_main) place.template operator()<SurfaceBranch::recovered>(other, low, high);
     hit = other;
     low = hit.t;
     if (!has_main) return true;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "camera/framing.h"
+#include "materials/smooth_bsdf.h"
 
 namespace embrun::measure {
 
@@ -20,48 +21,23 @@ Vec3 Dice::direction() {
 
 namespace {
 
-constexpr double water = 1.33;
+constexpr float water = 1.33f;
 
-/// Unpolarised Fresnel reflectance; `cosine` of incidence, `eta` the index ahead over the index behind.
-double fresnel(double cosine, double eta, double& cosine_transmitted) {
-  const double sine_squared = (1 - cosine * cosine) / (eta * eta);
-  if (sine_squared >= 1) return 1;
-  cosine_transmitted = std::sqrt(1 - sine_squared);
-  const double parallel = (eta * cosine - cosine_transmitted) / (eta * cosine + cosine_transmitted);
-  const double across = (cosine - eta * cosine_transmitted) / (cosine + eta * cosine_transmitted);
-  return 0.5 * (parallel * parallel + across * across);
-}
-
-/// Turns a direction that is on the wrong side of the surface, or along it, just to the right one.
-Vec3 to_side(Vec3 direction, Vec3 normal) {
-  const float cosine = dot(direction, normal);
-  return cosine > 1e-4f ? direction : normalize(direction + normal * (2e-4f - cosine));
-}
-
-/// The next ray of a path that met the surface.
+/// The next ray of a path that met the surface, as the renderer sends it on.
 TestRay scatter(const Ray& ray, const SurfaceHit& hit, Dice& dice) {
-  const float facing = hit.entering ? 1.0f : -1.0f;
-  const Vec3 geometric = hit.geometric_normal * facing;
-  Vec3 shading = hit.shading_normal * facing;
-  shading = to_side(shading, -ray.direction);
-  const double eta = hit.entering ? water : 1 / water;
-  const double cosine = std::min(1.0, static_cast<double>(-dot(ray.direction, shading)));
-  double cosine_transmitted = 0;
+  Bsdf bsdf;
+  bsdf.kind = BsdfKind::dielectric;
+  bsdf.relative_index = hit.entering ? water : 1.0f / water;
+  const Vec3 wo = -ray.direction;
+  const FacingNormals normals = face_towards({hit.geometric_normal, hit.shading_normal}, wo);
+  const BsdfSample sample = sample_dielectric(bsdf, normals, wo, static_cast<float>(dice.next()));
   TestRay next;
-  const bool reflect = dice.next() < fresnel(cosine, eta, cosine_transmitted);
-  if (reflect) {
-    next.ray.direction = to_side(ray.direction + shading * static_cast<float>(2 * cosine), geometric);
-  } else {
-    const Vec3 bent =
-        ray.direction * static_cast<float>(1 / eta) + shading * static_cast<float>(cosine / eta - cosine_transmitted);
-    next.ray.direction = to_side(normalize(bent), -geometric);
-  }
-  next.ray.direction = normalize(next.ray.direction);
-  next.side = reflect == hit.entering ? Side::outside : Side::inside;
+  next.ray.direction = sample.wi;
+  next.side = sample.transmitted == hit.entering ? Side::inside : Side::outside;
   // A few units in the last place off the surface, as renderers do.
   const Vec3 p = hit.position;
   const float offset = 4e-7f * (fabsf(p.x) + fabsf(p.y) + fabsf(p.z));
-  next.ray.origin = p + geometric * (reflect ? offset : -offset);
+  next.ray.origin = p + normals.geometric * (sample.transmitted ? -offset : offset);
   // What the hit knows of the surface around it goes with the ray.
   next.ray.clearance = clearance_after(hit, next.ray.direction, 0);
   return next;
