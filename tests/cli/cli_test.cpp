@@ -289,17 +289,14 @@ TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
 
 // After its last refraction a path goes straight on, here where two sheets meet: once it crossed them in turn 2000 times.
 TEST_F(Cli, GoesStraightOnThroughSheetsThatMeet) {
-  for (const char* pixel : {"120,97", "103,102"}) {
-    ASSERT_EQ(run(std::string("render ") + EMBRUN_DATA_DIR +
-                  "/dam_break.bgeo -o x.pfm --size 192x144 --max-depth 8 --refractions 2 --spp 1 --first-sample 1 "
-                  "--json r.json --crop " +
-                  pixel + ",1,1")
-                  .exit_code,
-              0);
-    const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
-    EXPECT_EQ(report["bad_samples"]["count"], 0) << pixel;
-    EXPECT_GT(report["rays"]["secondary_inside"]["count"], 10) << pixel;
-  }
+  ASSERT_EQ(run(std::string("render ") + EMBRUN_DATA_DIR +
+                "/dam_break.bgeo -o x.pfm --size 192x144 --max-depth 8 --refractions 2 --spp 1 --first-sample 1 "
+                "--json r.json")
+                .exit_code,
+            0);
+  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
+  EXPECT_EQ(report["bad_samples"]["count"], 0);
+  EXPECT_GT(report["rays"]["secondary_inside"]["count"], 50000);
 }
 
 TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
