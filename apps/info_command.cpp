@@ -20,7 +20,8 @@ struct InfoArguments {
 void add_info_command(CLI::App& program, int& exit_code) {
   const auto arguments = std::make_shared<InfoArguments>();
   CLI::App* info = program.add_subcommand("info", "Say what is in a particle file");
-  info->add_option("FILE", arguments->file, "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content")
+  info->add_option("FILE", arguments->file,
+                   "particle file: BGEO, PLY, PCD, LAS, OBJ, legacy VTK, XYZ or CSV, told by its content")
       ->required();
   info->add_flag("--json", arguments->json, "as a JSON object");
   info->add_option("--radius", arguments->radius, "particle radius in metres, in place of the file's");

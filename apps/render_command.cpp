@@ -377,7 +377,8 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   render->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   render
       ->add_option("INPUT", arguments->input,
-                   "particle file: BGEO, PLY, legacy VTK, XYZ or CSV, told by its content; or a scene file, *.xml")
+                   "particle file: BGEO, PLY, PCD, LAS, OBJ, legacy VTK, XYZ or CSV, told by its content; or a scene "
+                   "file, *.xml")
       ->required();
   add_picture_options(*render, *arguments);
   add_camera_options(*render, *arguments);

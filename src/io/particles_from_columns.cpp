@@ -48,6 +48,7 @@ constexpr Split splits[] = {
     {"velocity", {"velocity_x", "velocity_y", "velocity_z"}},
     {"velocity", {"velocity:0", "velocity:1", "velocity:2"}},
     {"normal", {"nx", "ny", "nz"}},
+    {"normal", {"normal_x", "normal_y", "normal_z"}},
     {"color", {"red", "green", "blue"}},
     {"color", {"r", "g", "b"}},
     {"color", {"diffuse_red", "diffuse_green", "diffuse_blue"}},

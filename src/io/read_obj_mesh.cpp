@@ -2,11 +2,10 @@
 
 #include <array>
 #include <optional>
-#include <string>
 #include <unordered_map>
 
-#include "io/cursor.h"
 #include "io/mesh_checks.h"
+#include "io/obj_lines.h"
 #include "io/read_mesh.h"
 #include "io/text.h"
 
@@ -35,79 +34,40 @@ struct CornerHash {
 
 class ObjReader {
  public:
-  ObjReader(std::span<const std::byte> file, std::string_view name) : cursor_(file, name) {}
+  ObjReader(std::span<const std::byte> file, std::string_view name) : lines_(file, name) {}
 
   TriangleMesh read() {
-    while (!cursor_.at_end()) {
-      std::string_view line = next_line();
-      const std::string_view keyword = take_token(line);
+    std::string_view keyword, line;
+    while (lines_.next(keyword, line)) {
       if (keyword == "v") {
         read_position(line);
       } else if (keyword == "vn") {
-        normals_.push_back(to_float(read_vector(line, "vn")));
+        normals_.push_back(to_float(lines_.take_vector(line, "vn")));
       } else if (keyword == "vt") {
         read_coordinates(line);
       } else if (keyword == "f") {
         read_face(line);
-      } else if (!is_known(keyword)) {
-        cursor_.fail("", fmt::format("{} is not an OBJ keyword", quoted(keyword)));
       }
     }
-    if (corners_.empty()) cursor_.fail("", "the mesh has no triangles");
+    if (corners_.empty()) lines_.cursor().fail("", "the mesh has no triangles");
     return build();
   }
 
  private:
-  Cursor cursor_;
-  std::string joined_;  // a line that goes on over several
+  ObjLines lines_;
   std::vector<Vec3> positions_;
   std::vector<Vec3> normals_;
   std::vector<Vec2> coordinates_;
   std::vector<std::array<Corner, 3>> corners_;
   std::vector<Corner> polygon_;
 
-  static bool is_known(std::string_view keyword) {
-    constexpr std::string_view ignored[] = {"",         "vp",  "g",          "o",        "s",     "l",
-                                            "p",        "mg",  "usemtl",     "mtllib",   "bevel", "c_interp",
-                                            "d_interp", "lod", "shadow_obj", "trace_obj"};
-    if (keyword.starts_with('#')) return true;
-    for (const std::string_view word : ignored) {
-      if (word == keyword) return true;
-    }
-    return false;
-  }
-
-  // A line; a backslash at its end joins the next one to it.
-  std::string_view next_line() {
-    std::string_view line = trimmed(cursor_.line());
-    if (!line.ends_with('\\')) return line;
-    joined_.clear();
-    while (line.ends_with('\\')) {
-      joined_.append(line.substr(0, line.size() - 1)).append(" ");
-      line = trimmed(cursor_.line());
-    }
-    joined_.append(line);
-    return joined_;
-  }
-
-  Vec3d read_vector(std::string_view& line, std::string_view what) {
-    std::array<double, 3> values{};
-    for (double& value : values) {
-      const std::string_view token = take_token(line);
-      const std::optional<double> number = parse_double(token);
-      if (!number) cursor_.fail(what, fmt::format("{} is not a number; three are needed", quoted(token)));
-      value = *number;
-    }
-    return {values[0], values[1], values[2]};
-  }
-
   // A weight or a colour may follow the coordinates; neither matters here.
   void read_position(std::string_view line) {
-    const Vec3d p = read_vector(line, "v");
+    const Vec3d p = lines_.take_vector(line, "v");
     if (!is_mesh_coordinate(p.x) || !is_mesh_coordinate(p.y) || !is_mesh_coordinate(p.z)) {
-      cursor_.fail("v", fmt::format("({}, {}, {}) is not finite or too far away", p.x, p.y, p.z));
+      lines_.cursor().fail("v", fmt::format("({}, {}, {}) is not finite or too far away", p.x, p.y, p.z));
     }
-    if (positions_.size() == UINT32_MAX) cursor_.fail("v", "there are more than 2^32 - 1 vertices");
+    if (positions_.size() == UINT32_MAX) lines_.cursor().fail("v", "there are more than 2^32 - 1 vertices");
     positions_.push_back(to_float(p));
   }
 
@@ -119,7 +79,7 @@ class ObjReader {
       if (k == 1 && (token.empty() || token.starts_with('#'))) break;
       const std::optional<double> number = parse_double(token);
       if (!number || !is_mesh_coordinate(*number))
-        cursor_.fail("vt", fmt::format("{} is not a number, or too large", quoted(token)));
+        lines_.cursor().fail("vt", fmt::format("{} is not a number, or too large", quoted(token)));
       uv[k] = static_cast<float>(*number);
     }
     coordinates_.push_back({uv[0], 1 - uv[1]});
@@ -128,10 +88,10 @@ class ObjReader {
   // Counts from 1, or backwards from the latest one with -1.
   std::uint32_t read_index(std::string_view text, std::size_t count, std::string_view of) {
     const std::optional<std::int64_t> index = parse_int64(text);
-    if (!index) cursor_.fail("f", fmt::format("{} is not an index", quoted(text)));
+    if (!index) lines_.cursor().fail("f", fmt::format("{} is not an index", quoted(text)));
     const std::int64_t size = static_cast<std::int64_t>(count);
     if (*index == 0 || *index > size || *index < -size) {
-      cursor_.fail("f", fmt::format("{} {} is out of range: there are {} so far", of, *index, size));
+      lines_.cursor().fail("f", fmt::format("{} {} is out of range: there are {} so far", of, *index, size));
     }
     return static_cast<std::uint32_t>(*index > 0 ? *index - 1 : size + *index);
   }
@@ -157,7 +117,7 @@ class ObjReader {
       if (token.starts_with('#')) break;
       polygon_.push_back(read_corner(token));
     }
-    if (polygon_.size() < 3) cursor_.fail("f", fmt::format("a face of {} corners", polygon_.size()));
+    if (polygon_.size() < 3) lines_.cursor().fail("f", fmt::format("a face of {} corners", polygon_.size()));
     for (std::size_t i = 2; i < polygon_.size(); ++i) corners_.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
   }
 

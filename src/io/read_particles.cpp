@@ -8,6 +8,7 @@
 #include "io/byte_stream.h"
 #include "io/cursor.h"
 #include "io/file_bytes.h"
+#include "io/obj_lines.h"
 #include "io/particle_readers.h"
 #include "io/text.h"
 
@@ -29,6 +30,7 @@ constexpr Foreign foreign_formats[] = {
     {"Ogawa", "Alembic files are not read; write PLY, BGEO or CSV"},
     {" BDV", "OpenVDB files are not read; write the particles as PLY, BGEO or CSV"},
     {"\x28\xb5\x2f\xfd", "the file is packed by zstd; unpack it first"},
+    {"ASTM-E57", "E57 files are not read; write PLY, PCD or LAS"},
     {"PK\x03\x04", "the file is a zip archive; unpack it first"},
 };
 
@@ -41,6 +43,15 @@ bool looks_like_text(std::string_view file) {
   });
 }
 
+/// Whether the first line that is no comment starts a header of PCD.
+bool is_pcd(std::span<const std::byte> file) {
+  Cursor cursor(file, "");
+  std::string_view line = cursor.filled_line();
+  while (line.starts_with('#')) line = cursor.filled_line();
+  const std::string_view keyword = take_token(line);
+  return keyword == "VERSION" || (keyword == "FIELDS" && !line.empty());
+}
+
 }  // namespace
 
 ParticleSet read_particles_from_memory(std::span<const std::byte> file, std::string_view name) {
@@ -49,13 +60,15 @@ ParticleSet read_particles_from_memory(std::span<const std::byte> file, std::str
   if (is_gzip(file) || text.starts_with("Bgeo")) return read_bgeo(file, name);
   if (text.starts_with("ply\n") || text.starts_with("ply\r")) return read_ply_particles(file, name);
   if (text.starts_with("# vtk DataFile")) return read_vtk(file, name);
+  if (text.starts_with("LASF")) return read_las(file, name);
+  if (is_pcd(file)) return read_pcd(file, name);
   for (const Foreign& foreign : foreign_formats) {
     if (text.starts_with(foreign.start)) fail_in_file(name, "offset 0", "format", foreign.advice);
   }
-  if (looks_like_text(text)) return read_xyz(file, name);
+  if (looks_like_text(text)) return looks_like_obj(text) ? read_obj_particles(file, name) : read_xyz(file, name);
   fail_in_file(name, "offset 0", "format",
-               fmt::format("starts with {}, which is no particle file that is read: BGEO (classic), PLY, legacy VTK, "
-                           "XYZ or CSV",
+               fmt::format("starts with {}, which is no particle file that is read: BGEO (classic), PLY, PCD, LAS, "
+                           "OBJ, legacy VTK, XYZ or CSV",
                            quoted(text.substr(0, 8))));
 }
 

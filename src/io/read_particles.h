@@ -9,10 +9,10 @@
 
 namespace embrun {
 
-/// Particles of a BGEO, PLY, legacy VTK or XYZ/CSV file (see io/particle_readers.h for what of each). The format is
-/// found by the file's content, whatever its name. Particles with a non-finite coordinate are left out and counted.
-/// Throws Error, naming the file, the line or offset and the attribute, when the file cannot be read as particles, and
-/// NoParticles when it holds none.
+/// Particles of a BGEO, PLY, PCD, LAS, OBJ, legacy VTK or XYZ/CSV file (see io/particle_readers.h for what of each).
+/// The format is found by the file's content, whatever its name. Particles with a non-finite coordinate are left out
+/// and counted. Throws Error, naming the file, the line or offset and the attribute, when the file cannot be read as
+/// particles, and NoParticles when it holds none.
 ParticleSet read_particles(const std::string& path);
 
 /// The same for a file in memory; `name` is what error messages call it.

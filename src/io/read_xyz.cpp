@@ -10,6 +10,7 @@
 #include "io/cursor.h"
 #include "io/particle_readers.h"
 #include "io/text.h"
+#include "io/unnamed_columns.h"
 
 namespace embrun {
 
@@ -156,6 +157,8 @@ class TableReader {
     read_names();
     const std::size_t rows = read_rows();
     std::vector<Column> columns = finish_columns();
+    std::vector<std::string> notes;
+    if (!named_) name_by_values(columns, notes);
     const Cursor start = first_row_;
     ParticleSet set = particles_from_columns(cursor_.file(), rows, std::move(columns), [start](std::size_t row) {
       Cursor cursor = start;
@@ -163,6 +166,7 @@ class TableReader {
       return cursor.place();
     });
     set.format = chemical_ ? "XYZ" : separator_ == Separator::blanks ? "text table" : "CSV";
+    set.notes.insert(set.notes.end(), notes.begin(), notes.end());
     if (more_frames_) set.notes.push_back("only the first of several frames was read");
     return set;
   }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,6 +52,8 @@ struct ParticleSet {
   std::vector<Attribute> attributes;
   /// Particles of the file that were left out because a coordinate was not finite.
   std::size_t dropped_non_finite = 0;
+  /// Where the scanner stood, in the frame of the positions, where the file says so.
+  std::optional<Vec3d> sensor;
   /// What the file was, for people: "BGEO V5, gzip".
   std::string format;
   /// What a reader changed or left out, one sentence each.

@@ -14,6 +14,7 @@
 #include <random>
 
 #include "base/error.h"
+#include "io/cloud_files.h"
 #include "io/particle_files.h"
 #include "io/read_mesh.h"
 #include "io/read_particles.h"
@@ -90,6 +91,13 @@ std::vector<Seed> seeds() {
       {"faces_ascii.ply", tetrahedron_ply(PlyKind::ascii), true},
       {"faces.obj", tetrahedron_obj(), true},
   };
+  const std::vector<CloudPoint> points = cloud_points(8);
+  all.push_back({"ascii.pcd", as_pcd(points, PcdKind::ascii)});
+  all.push_back({"binary.pcd", as_pcd(points, PcdKind::binary)});
+  all.push_back({"compressed.pcd", as_pcd(points, PcdKind::compressed)});
+  all.push_back({"colours.las", as_las(points, {2, 3})});
+  all.push_back({"extended.las", as_las(points, {4, 8, 2})});
+  all.push_back({"vertices.obj", as_obj_cloud(points, true, true)});
   all.push_back({"grid.vol", volume_file(1), false, true});
   all.push_back({"bytes.vol", volume_file(3), false, true});
   all.push_back({"packed.vol", gzipped(volume_file(1)), false, true});
@@ -159,6 +167,9 @@ TEST(HostileFiles, EveryTruncation) {
     // binary one must not pass when a particle is missing.
     if (seed.name.ends_with(".bgeo")) {
       EXPECT_LE(accepted, 2u) << seed.name;
+    }
+    if (seed.name == "binary.pcd" || seed.name == "compressed.pcd" || seed.name.ends_with(".las")) {
+      EXPECT_EQ(accepted, 0u) << seed.name;
     }
     if (seed.name == "little.ply" || seed.name == "big.ply" || seed.is_volume) {
       EXPECT_EQ(accepted, 0u) << seed.name;
@@ -243,6 +254,9 @@ TEST(HostileFiles, RandomBytes) {
                                 "# vtk DataFile Version 3.0\nt\nBINARY\n",
                                 "\x1f\x8b\x08",
                                 "x,y,z\n",
+                                "v 0 0 0\nv ",
+                                "LASF",
+                                "VERSION .7\nFIELDS x y z\nWIDTH 1\nDATA binary_compressed\n",
                                 "v 0 0 0\nf ",
                                 std::string("VOL\x03\x01\0\0\0", 8)};
   for (const std::string& start : starts) {

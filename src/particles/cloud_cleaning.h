@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "math/vec.h"
+#include "particles/point_tree.h"
+
+namespace embrun {
+
+/// Which points of a cloud stay: one byte a point for keep_particles(), and how many go.
+struct PointSelection {
+  std::vector<std::uint8_t> keep;
+  std::size_t removed = 0;
+};
+
+/// Leaves out all but the first of the points that have exactly the same position.
+PointSelection without_duplicates(std::span<const Vec3d> points);
+
+/// Leaves out points that stand alone for where they are: whose mean distance to their k nearest neighbours is more than
+/// `ratio` times the median of their neighbours' own [Breunig2000]. As neighbours are compared, sparse parts of a cloud are no
+/// outliers. k from 1 to 256.
+PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> points, std::size_t k = 16,
+                                double ratio = 4);
+
+/// Leaves one point in each cube of a grid of that edge (> 0, metres): the one nearest to the mean of the cube's points.
+PointSelection thinned_by_voxels(std::span<const Vec3d> points, double edge);
+
+}  // namespace embrun

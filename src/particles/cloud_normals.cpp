@@ -1,0 +1,219 @@
+#include "particles/cloud_normals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "particles/covariance.h"
+
+namespace embrun {
+
+namespace {
+
+constexpr double pi_d = 3.14159265358979323846;
+
+/// Middle value; reorders them. Not empty.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Principal axes of a point and the first `k` of its neighbours.
+PrincipalAxes axes_of(std::span<const Vec3d> points, std::size_t i, std::span<const PointTree::Neighbour> neighbours,
+                      std::size_t k) {
+  CovarianceSums sums;
+  sums.add({});
+  for (const auto& neighbour : neighbours.first(std::min(k, neighbours.size()))) {
+    sums.add(points[neighbour.index] - points[i]);
+  }
+  return principal_axes(sums);
+}
+
+struct LocalShape {
+  double variation = 0, width = 0, spacing = 0, noise_squared = 0, curvature = 0;
+};
+
+constexpr std::size_t near_scale = 16, middle_scale = 32, far_scale = 64;
+
+LocalShape measure_point(std::span<const Vec3d> points, std::size_t i,
+                         std::span<const PointTree::Neighbour> neighbours) {
+  LocalShape shape;
+  const auto variance = axes_of(points, i, neighbours, middle_scale).variance;
+  const double total = variance[0] + variance[1] + variance[2];
+  if (!(total > 0)) return shape;
+  shape.variation = variance[0] / total;
+  shape.width = variance[1] / variance[2];
+  const auto area_radius = [&](std::size_t k) {
+    return neighbours[std::min(k, neighbours.size()) - 1].distance_squared;
+  };
+  // A plane fitted to n points takes three of their degrees of freedom.
+  const auto off_plane = [&](std::size_t k) {
+    const double n = static_cast<double>(std::min(k, neighbours.size()) + 1);
+    return axes_of(points, i, neighbours, k).variance[0] * n / (n - 3);
+  };
+  const double near = off_plane(near_scale), far = off_plane(far_scale);
+  const double near_square = area_radius(near_scale), far_square = area_radius(far_scale);
+  const double growth = far_square * far_square - near_square * near_square;
+  const double bend = growth > 0 ? std::max((far - near) / growth, 0.0) : 0;
+  shape.noise_squared = std::max(near - bend * near_square * near_square, 0.0);
+  shape.curvature = std::sqrt(48 * bend);
+  shape.spacing = std::sqrt(pi_d * near_square / static_cast<double>(near_scale));
+  return shape;
+}
+
+/// Sets joined one by one, each member knowing whether it is turned over against its set's root.
+class SignedForest {
+ public:
+  explicit SignedForest(std::size_t count) : parent_(count), turned_(count), size_(count, 1) {
+    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
+  }
+  struct Root {
+    std::uint32_t index;
+    std::uint8_t turned;
+  };
+  Root find(std::uint32_t i) {
+    std::uint8_t turned = 0;
+    std::uint32_t root = i;
+    for (; parent_[root] != root; root = parent_[root]) turned ^= turned_[root];
+    // Everything on the way is hung on the root.
+    for (std::uint8_t rest = turned; parent_[i] != i && parent_[i] != root;) {
+      const std::uint32_t next = parent_[i];
+      const std::uint8_t own = turned_[i];
+      parent_[i] = root;
+      turned_[i] = rest;
+      rest ^= own;
+      i = next;
+    }
+    return {root, turned};
+  }
+  void join(std::uint32_t a, std::uint32_t b, bool opposite) {
+    Root x = find(a), y = find(b);
+    if (x.index == y.index) return;
+    if (size_[x.index] < size_[y.index]) std::swap(x, y);
+    parent_[y.index] = x.index;
+    turned_[y.index] = static_cast<std::uint8_t>(x.turned ^ y.turned ^ static_cast<std::uint8_t>(opposite));
+    size_[x.index] += size_[y.index];
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint8_t> turned_;
+  std::vector<std::uint32_t> size_;
+};
+
+struct Edge {
+  float cost = 0;
+  std::uint32_t a = 0, b = 0;
+  bool operator<(const Edge& other) const {
+    if (cost != other.cost) return cost < other.cost;
+    return a != other.a ? a < other.a : b < other.b;
+  }
+};
+
+float edge_cost(Vec3d offset, Vec3 a, Vec3 b) {
+  const double squared = dot(offset, offset);
+  const double bend = 1 - std::abs(static_cast<double>(dot(a, b)));
+  if (!(squared > 0)) return static_cast<float>(bend);
+  const double rise_a = dot(offset, to_double(a)), rise_b = dot(offset, to_double(b));
+  return static_cast<float>(bend + (rise_a * rise_a + rise_b * rise_b) / squared);
+}
+
+/// What a piece of the forest encloses.
+struct Piece {
+  double count = 0, volume = 0;
+  Vec3d centre;
+};
+
+}  // namespace
+
+CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
+  CloudShape shape;
+  if (points.size() < CloudShape::least_points) return shape;
+  constexpr std::size_t most_samples = 4096;
+  const std::size_t samples = std::min(points.size(), most_samples);
+  std::vector<LocalShape> found(samples);
+  parallel_for(samples, 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<PointTree::Neighbour> neighbours(std::min(far_scale, points.size() - 1));
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::uint32_t i = tree.order()[s * points.size() / samples];
+      tree.nearest(points[i], neighbours, i);
+      found[s] = measure_point(points, i, neighbours);
+    }
+  });
+  const auto middle = [&](double LocalShape::*member) {
+    std::vector<double> values;
+    for (const LocalShape& local : found) values.push_back(local.*member);
+    return median(values);
+  };
+  shape.variation = middle(&LocalShape::variation);
+  shape.width = middle(&LocalShape::width);
+  shape.spacing = middle(&LocalShape::spacing);
+  shape.noise = std::sqrt(middle(&LocalShape::noise_squared));
+  shape.curvature = middle(&LocalShape::curvature);
+  shape.is_surface =
+      shape.spacing > 0 && shape.variation < CloudShape::most_variation && shape.width > CloudShape::least_width;
+  if (!shape.is_surface) return shape;
+  constexpr double wanted_error = 1 * pi_d / 180, most_bend = 0.6, fewest = 16, most = 128;
+  double k = 4.44 * shape.noise / (wanted_error * shape.spacing);
+  if (shape.curvature > 0) k = std::min(k, pi_d * std::pow(most_bend / (shape.curvature * shape.spacing), 2));
+  shape.neighbours = static_cast<std::size_t>(std::clamp(std::ceil(k), fewest, most));
+  return shape;
+}
+
+std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d> points, std::size_t k) {
+  std::vector<Vec3> normals(points.size());
+  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
+    normals[i] = normalize(to_float(axes_of(points, i, neighbours, k).direction[0]));
+  });
+  return normals;
+}
+
+std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> points, std::span<Vec3> normals) {
+  EMBRUN_CHECK(points.size() == normals.size());
+  if (points.empty()) return 0;
+  constexpr std::size_t most_edges = 12;
+  const std::size_t k = std::min(most_edges, points.size() - 1);
+  std::vector<Edge> edges(points.size() * k);
+  std::vector<double> areas(points.size(), 1);
+  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
+    for (std::size_t e = 0; e < neighbours.size(); ++e) {
+      const std::uint32_t j = neighbours[e].index;
+      edges[i * k + e] = {edge_cost(points[j] - points[i], normals[i], normals[j]), static_cast<std::uint32_t>(i), j};
+    }
+    if (!neighbours.empty()) areas[i] = neighbours.back().distance_squared;
+  });
+  parallel_sort(edges);
+
+  SignedForest forest(points.size());
+  for (const Edge& edge : edges) forest.join(edge.a, edge.b, dot(normals[edge.a], normals[edge.b]) < 0);
+
+  std::vector<Piece> pieces(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto root = forest.find(i);
+    if (root.turned) normals[i] = -normals[i];
+    pieces[root.index].count += 1;
+    pieces[root.index].centre = pieces[root.index].centre + points[i];
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    Piece& piece = pieces[forest.find(i).index];
+    const Vec3d from_centre = points[i] - piece.centre * (1 / piece.count);
+    piece.volume += areas[i] * dot(to_double(normals[i]), from_centre);
+  }
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (pieces[forest.find(i).index].volume < 0) normals[i] = -normals[i];
+  }
+  return static_cast<std::size_t>(
+      std::count_if(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.count > 0; }));
+}
+
+void orient_towards(Vec3d sensor, std::span<const Vec3d> points, std::span<Vec3> normals) {
+  EMBRUN_CHECK(points.size() == normals.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (dot(to_double(normals[i]), sensor - points[i]) < 0) normals[i] = -normals[i];
+  }
+}
+
+}  // namespace embrun

@@ -1,0 +1,191 @@
+#include "particles/cloud_splats.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace embrun {
+
+namespace {
+
+struct Point2 {
+  double x = 0, y = 0;
+};
+double dot2(Point2 a, Point2 b) { return a.x * b.x + a.y * b.y; }
+
+/// Two unit vectors that make a right-handed frame with the normal.
+struct Tangents {
+  Vec3d u, v;
+};
+
+Tangents tangents_of(Vec3d n) {
+  const Vec3d other = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d u = normalize(cross(other, n));
+  return {u, cross(n, u)};
+}
+
+/// A convex polygon that is cut by half planes.
+class Cell {
+ public:
+  void start(double half_width) {
+    const double w = half_width;
+    corners_.assign({{-w, -w}, {w, -w}, {w, w}, {-w, w}});
+  }
+  /// Keeps what is nearer to the origin than to `site`.
+  void cut(Point2 site) {
+    const double limit = 0.5 * dot2(site, site);
+    cut_.clear();
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      const Point2 a = corners_[i], b = corners_[i + 1 < corners_.size() ? i + 1 : 0];
+      const double from = dot2(a, site) - limit, to = dot2(b, site) - limit;
+      if (from <= 0) cut_.push_back(a);
+      if ((from < 0 && to > 0) || (from > 0 && to < 0)) {
+        const double t = from / (from - to);
+        cut_.push_back({a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)});
+      }
+    }
+    std::swap(corners_, cut_);
+  }
+  std::span<const Point2> corners() const { return corners_; }
+  double farthest_squared() const {
+    double farthest = 0;
+    for (const Point2 corner : corners_) farthest = std::max(farthest, dot2(corner, corner));
+    return farthest;
+  }
+
+ private:
+  std::vector<Point2> corners_, cut_;
+};
+
+constexpr std::size_t few_neighbours = 24, most_neighbours = 96;
+
+/// Measures one point after another; holds the arrays that this takes.
+class SplatMeasure {
+ public:
+  SplatMeasure(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals)
+      : tree_(tree), points_(points), normals_(normals), found_(most_neighbours) {}
+
+  /// Makes the cell of point i; false when it is open.
+  bool make_cell(std::uint32_t i) {
+    const Vec3d n = to_double(normals_[i]);
+    tangents_ = tangents_of(n);
+    for (std::size_t k = few_neighbours;; k = most_neighbours) {
+      const std::size_t count = tree_.nearest(points_[i], std::span(found_).first(k), i);
+      if (count == 0) return reach_ = 0, false;
+      const double farthest = std::sqrt(found_[count - 1].distance_squared);
+      reach_ = 0.5 * farthest;
+      place_sites(i, n, count);
+      cell_.start(2 * farthest);
+      for (const Point2 site : sites_) cell_.cut(site);
+      if (cell_.farthest_squared() <= reach_ * reach_) return true;
+      if (k == most_neighbours || count < k) return false;
+    }
+  }
+
+  /// The distance to the farthest corner within reach; to the nearest neighbour where there is none.
+  double radius() const {
+    double greatest = 0;
+    for (const Point2 corner : cell_.corners()) {
+      const double squared = dot2(corner, corner);
+      if (squared <= reach_ * reach_) greatest = std::max(greatest, squared);
+    }
+    if (greatest == 0 && reach_ > 0) greatest = found_[0].distance_squared;
+    return std::sqrt(greatest);
+  }
+
+  /// The ellipse round a closed cell, or the disc of that radius where it is no smaller.
+  SplatAxes axes(double radius, bool closed) const {
+    const SplatAxes disc{to_float(tangents_.u * radius), to_float(tangents_.v * radius)};
+    if (!closed) return disc;
+    double xx = 0, yy = 0, xy = 0;
+    for (const Point2 site : sites_) xx += site.x * site.x, yy += site.y * site.y, xy += site.x * site.y;
+    const double spread = std::hypot(xx - yy, 2 * xy);
+    const double great = 0.5 * (xx + yy + spread), small = 0.5 * (xx + yy - spread);
+    constexpr double most_ratio = 3;
+    if (!(great > 0)) return disc;
+    const double ratio = std::sqrt(std::max(small / great, 1 / (most_ratio * most_ratio)));
+    const double angle = 0.5 * std::atan2(2 * xy, xx - yy), c = std::cos(angle), s = std::sin(angle);
+    double scale = 0;
+    for (const Point2 corner : cell_.corners()) {
+      scale = std::max(scale, std::hypot(c * corner.x + s * corner.y, (c * corner.y - s * corner.x) / ratio));
+    }
+    if (scale * scale * ratio >= radius * radius) return disc;
+    const Vec3d major = tangents_.u * c + tangents_.v * s, minor = tangents_.v * c - tangents_.u * s;
+    return {to_float(major * scale), to_float(minor * (scale * ratio))};
+  }
+
+ private:
+  const PointTree& tree_;
+  std::span<const Vec3d> points_;
+  std::span<const Vec3> normals_;
+  std::vector<PointTree::Neighbour> found_;
+  std::vector<Point2> sites_;
+  Tangents tangents_;
+  Cell cell_;
+  double reach_ = 0;  // cells are certain within
+
+  void place_sites(std::uint32_t i, Vec3d n, std::size_t count) {
+    sites_.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t j = found_[k].index;
+      const Vec3d offset = points_[j] - points_[i];
+      if (!(dot(n, to_double(normals_[j])) > 0)) continue;
+      const Point2 flat{dot(offset, tangents_.u), dot(offset, tangents_.v)};
+      const double beside = std::sqrt(dot2(flat, flat)), whole = std::sqrt(found_[k].distance_squared);
+      constexpr double least_beside = 0.5;
+      if (!(beside > least_beside * whole)) continue;
+      const double stretch = whole / beside;
+      sites_.push_back({flat.x * stretch, flat.y * stretch});
+    }
+  }
+};
+
+/// Keeps splats at the border from reaching over it farther than their neighbours reach.
+void limit_open_cells(const PointTree& tree, std::span<const Vec3d> points, const std::vector<std::uint8_t>& closed,
+                      SplatSizes& sizes) {
+  const std::vector<float> measured = sizes.radii;
+  constexpr std::size_t looked_at = 32, wanted = 8;
+  for_each_neighbourhood(tree, points, looked_at, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
+    if (closed[i]) return;
+    float greatest = 0;
+    std::size_t seen = 0;
+    for (const auto& neighbour : neighbours) {
+      if (!closed[neighbour.index]) continue;
+      greatest = std::max(greatest, measured[neighbour.index]);
+      if (++seen == wanted) break;
+    }
+    if (seen == 0 || measured[i] <= greatest) return;
+    sizes.radii[i] = greatest;
+    if (sizes.axes.empty()) return;
+    const float scale = greatest / measured[i];
+    sizes.axes[i] = {sizes.axes[i].major * scale, sizes.axes[i].minor * scale};
+  });
+}
+
+}  // namespace
+
+SplatSizes estimate_splats(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,
+                           bool ellipses) {
+  EMBRUN_CHECK(points.size() == normals.size());
+  SplatSizes sizes;
+  sizes.radii.resize(points.size());
+  if (ellipses) sizes.axes.resize(points.size());
+  std::vector<std::uint8_t> closed(points.size());
+  constexpr std::size_t grain = 512;
+  parallel_for(points.size(), grain, [&](std::size_t begin, std::size_t end) {
+    SplatMeasure measure(tree, points, normals);
+    for (std::size_t place = begin; place < end; ++place) {
+      const std::uint32_t i = tree.order()[place];
+      closed[i] = measure.make_cell(i);
+      const double radius = measure.radius();
+      sizes.radii[i] = static_cast<float>(radius);
+      if (ellipses) sizes.axes[i] = measure.axes(radius, closed[i] != 0);
+    }
+  });
+  limit_open_cells(tree, points, closed, sizes);
+  sizes.at_border = static_cast<std::size_t>(std::count(closed.begin(), closed.end(), std::uint8_t{0}));
+  return sizes;
+}
+
+}  // namespace embrun
