@@ -90,20 +90,6 @@ ToneCurve tone_curve_from_name(const std::string& name) {
 
 const char* name_of(ToneCurve curve) { return curve == ToneCurve::srgb ? "srgb" : "filmic"; }
 
-float srgb_encode(float linear) {
-  if (!(linear > 0.0f)) {
-    return 0.0f;
-  }
-  if (linear >= 1.0f) {
-    return 1.0f;
-  }
-  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * powf(linear, 1.0f / 2.4f) - 0.055f;
-}
-
-float srgb_decode(float encoded) {
-  return encoded <= 0.04045f ? encoded / 12.92f : powf((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
 float filmic_curve(float x) {
   // The fit passes 1 at y = 7.2410; beyond 10 / 0.72317 everything is white.
   const float y = 0.72317f * min_of(x, 16.0f);

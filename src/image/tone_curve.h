@@ -6,6 +6,7 @@
 
 #include "image/image.h"
 #include "math/rgb.h"
+#include "math/srgb.h"
 
 namespace embrun {
 
@@ -25,11 +26,6 @@ struct ToneSettings {
   ToneCurve curve = ToneCurve::filmic;  ///< the default: suits water under a sky
   bool dither = true;                   ///< spread the rounding to 8 bits over neighbouring pixels (no bands)
 };
-
-/// sRGB transfer function (IEC 61966-2-1) of a linear value, clipped to [0, 1]; NaN gives 0.
-float srgb_encode(float linear);
-/// Its inverse on [0, 1].
-float srgb_decode(float encoded);
 
 /// Display-linear value of radiance x >= 0, in [0, 1], increasing: Narkowicz's fit of the ACES output transform,
 ///   f(y) = y (2.51 y + 0.03) / (y (2.43 y + 0.59) + 0.14),  y = 0.72317 x,

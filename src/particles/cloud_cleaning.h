@@ -23,7 +23,7 @@ PointSelection without_duplicates(std::span<const Vec3d> points);
 /// `ratio` times the median of their neighbours' own [Breunig2000]. As neighbours are compared, sparse parts of a cloud are no
 /// outliers. k from 1 to 256.
 PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> points, std::size_t k = 16,
-                                double ratio = 4);
+                                double ratio = 3);
 
 /// Leaves one point in each cube of a grid of that edge (> 0, metres): the one nearest to the mean of the cube's points.
 PointSelection thinned_by_voxels(std::span<const Vec3d> points, double edge);

@@ -32,6 +32,31 @@ PrincipalAxes axes_of(std::span<const Vec3d> points, std::size_t i, std::span<co
   return principal_axes(sums);
 }
 
+/// Whether points spread in a second direction.
+bool is_wide(const PrincipalAxes& axes) { return axes.variance[1] > CloudShape::least_width * axes.variance[2]; }
+
+Vec3 to_unit(Vec3d direction) { return normalize(to_float(direction)); }
+
+/// The normal of a point whose k nearest neighbours lie on a line, from more of them.
+Vec3 normal_off_lines(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i, std::size_t k) {
+  constexpr std::size_t most = 256;
+  std::vector<PointTree::Neighbour> found;
+  PrincipalAxes axes;
+  do {
+    k = std::min(2 * k, most);
+    found.resize(k);
+    const std::size_t count = tree.nearest(points[i], found, i);
+    axes = axes_of(points, i, std::span(found).first(count), k);
+  } while (!is_wide(axes) && k < std::min(most, points.size()));
+  return to_unit(axes.direction[0]);
+}
+
+/// Shapes are measured at a sample of the points, evenly along the tree's order.
+constexpr std::size_t most_samples = 4096, sample_grain = 64;
+std::uint32_t sampled_point(const PointTree& tree, std::size_t s, std::size_t samples) {
+  return tree.order()[s * tree.size() / samples];
+}
+
 struct LocalShape {
   double variation = 0, width = 0, spacing = 0, noise_squared = 0, curvature = 0;
 };
@@ -132,13 +157,12 @@ struct Piece {
 CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
   CloudShape shape;
   if (points.size() < CloudShape::least_points) return shape;
-  constexpr std::size_t most_samples = 4096;
   const std::size_t samples = std::min(points.size(), most_samples);
   std::vector<LocalShape> found(samples);
-  parallel_for(samples, 64, [&](std::size_t begin, std::size_t end) {
+  parallel_for(samples, sample_grain, [&](std::size_t begin, std::size_t end) {
     std::vector<PointTree::Neighbour> neighbours(std::min(far_scale, points.size() - 1));
     for (std::size_t s = begin; s < end; ++s) {
-      const std::uint32_t i = tree.order()[s * points.size() / samples];
+      const std::uint32_t i = sampled_point(tree, s, samples);
       tree.nearest(points[i], neighbours, i);
       found[s] = measure_point(points, i, neighbours);
     }
@@ -153,6 +177,11 @@ CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
   shape.spacing = middle(&LocalShape::spacing);
   shape.noise = std::sqrt(middle(&LocalShape::noise_squared));
   shape.curvature = middle(&LocalShape::curvature);
+  const auto is_flat = [](const LocalShape& local) {
+    return local.variation < CloudShape::most_variation && local.width > CloudShape::least_width;
+  };
+  shape.flat_share =
+      static_cast<double>(std::count_if(found.begin(), found.end(), is_flat)) / static_cast<double>(samples);
   shape.is_surface =
       shape.spacing > 0 && shape.variation < CloudShape::most_variation && shape.width > CloudShape::least_width;
   if (!shape.is_surface) return shape;
@@ -165,10 +194,34 @@ CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
 
 std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d> points, std::size_t k) {
   std::vector<Vec3> normals(points.size());
-  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
-    normals[i] = normalize(to_float(axes_of(points, i, neighbours, k).direction[0]));
+  for_each_neighbourhood(tree, points, k, [&](std::uint32_t i, std::span<const PointTree::Neighbour> neighbours) {
+    const PrincipalAxes axes = axes_of(points, i, neighbours, k);
+    normals[i] = is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
   });
   return normals;
+}
+
+Vec3 estimate_normal(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i, std::size_t k) {
+  std::vector<PointTree::Neighbour> found(k);
+  const std::size_t count = tree.nearest(points[i], found, i);
+  const PrincipalAxes axes = axes_of(points, i, std::span(found).first(count), k);
+  return is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
+}
+
+double mean_normal_difference(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,
+                              std::size_t k) {
+  EMBRUN_CHECK(points.size() == normals.size());
+  if (points.size() < CloudShape::least_points) return 0;
+  const std::size_t samples = std::min(points.size(), most_samples);
+  std::vector<double> angles(samples);
+  parallel_for(samples, sample_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::uint32_t i = sampled_point(tree, s, samples);
+      const double cosine = std::abs(static_cast<double>(dot(estimate_normal(tree, points, i, k), normals[i])));
+      angles[s] = std::acos(std::min(cosine, 1.0)) * 180 / pi_d;
+    }
+  });
+  return std::accumulate(angles.begin(), angles.end(), 0.0) / static_cast<double>(samples);
 }
 
 std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> points, std::span<Vec3> normals) {
@@ -209,11 +262,15 @@ std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> po
       std::count_if(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.count > 0; }));
 }
 
-void orient_towards(Vec3d sensor, std::span<const Vec3d> points, std::span<Vec3> normals) {
+std::size_t orient_towards(Vec3d sensor, std::span<const Vec3d> points, std::span<Vec3> normals) {
   EMBRUN_CHECK(points.size() == normals.size());
+  std::size_t turned = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (dot(to_double(normals[i]), sensor - points[i]) < 0) normals[i] = -normals[i];
+    if (!(dot(to_double(normals[i]), sensor - points[i]) < 0)) continue;
+    normals[i] = -normals[i];
+    ++turned;
   }
+  return turned;
 }
 
 }  // namespace embrun

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct CloudShape {
   /// point's 32 nearest neighbours in ascending order [Pauly2002].
   double variation = 0;
   double width = 0;             ///< median of lambda_1 / lambda_2
+  double flat_share = 0;        ///< share of the sample whose own neighbourhood is flat by the two bounds
   double spacing = 0;           ///< metres: 1 / sqrt(points per square metre)
   double noise = 0;             ///< metres: standard deviation of the points off their surface
   double curvature = 0;         ///< 1/m: root mean square over directions, of a typical point
@@ -34,8 +36,15 @@ struct CloudShape {
 /// Mitra and Nguyen weigh the two [MitraNguyen2003]; from 16 to 128.
 CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points);
 
-/// Unit normals, up to their sign, by principal components of each point and its k nearest neighbours [Hoppe1992].
+/// Unit normals, up to their sign, by principal components of each point and its k nearest neighbours [Hoppe1992]. Where
+/// those lie on a line, as along the lines of a scanner, twice as many are taken, again and again up to 256.
 std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d> points, std::size_t k);
+/// The normal of one point.
+Vec3 estimate_normal(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i, std::size_t k);
+
+/// Mean angle, degrees, between the lines of `normals` and of estimated ones, over a fixed sample.
+double mean_normal_difference(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,
+                              std::size_t k);
 
 /// Turns normals so that neighbours agree: the signs run along a minimum spanning forest of the graph of the 12 nearest
 /// neighbours, an edge costing 1 - |n_i.n_j| [Hoppe1992] and the squares of the sines by which the edge leaves the two tangent
@@ -44,7 +53,7 @@ std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d>
 /// side of open ones. Returns the number of pieces.
 std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> points, std::span<Vec3> normals);
 
-/// Turns each normal to the side of the scanner.
-void orient_towards(Vec3d sensor, std::span<const Vec3d> points, std::span<Vec3> normals);
+/// Turns each normal to the side of the scanner; returns how many were turned.
+std::size_t orient_towards(Vec3d sensor, std::span<const Vec3d> points, std::span<Vec3> normals);
 
 }  // namespace embrun

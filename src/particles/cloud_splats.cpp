@@ -58,6 +58,39 @@ class Cell {
   std::vector<Point2> corners_, cut_;
 };
 
+/// A covariance round the origin: its principal axes, the greater at `angle` from x.
+struct Spread2 {
+  double great = 0, small = 0, angle = 0;
+};
+
+Spread2 principal_spread(double xx, double yy, double xy) {
+  const double half = 0.5 * std::hypot(xx - yy, 2 * xy), middle = 0.5 * (xx + yy);
+  return {middle + half, std::max(middle - half, 0.0), 0.5 * std::atan2(2 * xy, xx - yy)};
+}
+
+/// Shape of the ellipse of the least area round the origin that holds the points: that of their covariance under the weights
+/// that an iteration finds which gives more to points farther out [Titterington1978]. It need not converge: who takes
+/// the shape scales it to hold all.
+Spread2 least_ellipse(std::span<const Point2> points) {
+  constexpr int rounds = 24;
+  std::vector<double> weights(points.size(), 1 / static_cast<double>(points.size()));
+  double xx = 0, yy = 0, xy = 0;
+  for (int round = 0; round < rounds; ++round) {
+    xx = yy = xy = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point2 p = points[i];
+      xx += weights[i] * p.x * p.x, yy += weights[i] * p.y * p.y, xy += weights[i] * p.x * p.y;
+    }
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 0)) break;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Point2 p = points[i];
+      weights[i] *= 0.5 * (yy * p.x * p.x - 2 * xy * p.x * p.y + xx * p.y * p.y) / determinant;
+    }
+  }
+  return principal_spread(xx, yy, xy);
+}
+
 constexpr std::size_t few_neighbours = 24, most_neighbours = 96;
 
 /// Measures one point after another; holds the arrays that this takes.
@@ -97,15 +130,12 @@ class SplatMeasure {
   /// The ellipse round a closed cell, or the disc of that radius where it is no smaller.
   SplatAxes axes(double radius, bool closed) const {
     const SplatAxes disc{to_float(tangents_.u * radius), to_float(tangents_.v * radius)};
-    if (!closed) return disc;
-    double xx = 0, yy = 0, xy = 0;
-    for (const Point2 site : sites_) xx += site.x * site.x, yy += site.y * site.y, xy += site.x * site.y;
-    const double spread = std::hypot(xx - yy, 2 * xy);
-    const double great = 0.5 * (xx + yy + spread), small = 0.5 * (xx + yy - spread);
+    if (!closed || !(radius > 0)) return disc;
+    const Spread2 spread = least_ellipse(cell_.corners());
     constexpr double most_ratio = 3;
-    if (!(great > 0)) return disc;
-    const double ratio = std::sqrt(std::max(small / great, 1 / (most_ratio * most_ratio)));
-    const double angle = 0.5 * std::atan2(2 * xy, xx - yy), c = std::cos(angle), s = std::sin(angle);
+    if (!(spread.great > 0)) return disc;
+    const double ratio = std::sqrt(std::max(spread.small / spread.great, 1 / (most_ratio * most_ratio)));
+    const double c = std::cos(spread.angle), s = std::sin(spread.angle);
     double scale = 0;
     for (const Point2 corner : cell_.corners()) {
       scale = std::max(scale, std::hypot(c * corner.x + s * corner.y, (c * corner.y - s * corner.x) / ratio));
@@ -164,6 +194,12 @@ void limit_open_cells(const PointTree& tree, std::span<const Vec3d> points, cons
 }
 
 }  // namespace
+
+SplatAxes disc_axes(Vec3 normal, float radius) {
+  const Tangents tangents = tangents_of(to_double(normal));
+  const double size = static_cast<double>(radius);
+  return {to_float(tangents.u * size), to_float(tangents.v * size)};
+}
 
 SplatSizes estimate_splats(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,
                            bool ellipses) {

@@ -14,6 +14,9 @@ struct SplatAxes {
   Vec3 major, minor;
 };
 
+/// Those of a disc: any two directions in its plane. Unit normal.
+SplatAxes disc_axes(Vec3 normal, float radius);
+
 struct SplatSizes {
   std::vector<float> radii;     ///< metres, of round splats
   std::vector<SplatAxes> axes;  ///< of elliptical ones, where asked for
@@ -28,8 +31,7 @@ struct SplatSizes {
 /// A cell is open where its corners lie beyond half the distance to the 96th neighbour; there only the corners within
 /// count, and the radius is no greater than the greatest of the 8 nearest closed cells.
 ///
-/// Ellipses have the directions and the ratio (3 at most) of the principal axes of the cell's neighbours in the tangent
-/// plane and cover the cell likewise; where that takes no less area than the disc, they are the disc.
+/// Ellipses are the least ones that cover the cell, but no longer than 3 times their width; the disc where that is no greater.
 /// Unit `normals`, consistently oriented.
 SplatSizes estimate_splats(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,
                            bool ellipses);

@@ -43,7 +43,7 @@ struct SplatOptions {
   std::optional<bool> closed;  ///< whether the cloud bounds a body; absent: told from the splats
   bool keep_duplicates = false;
   /// How many times a point's mean distance to its neighbours may be that of theirs; 0 keeps outliers.
-  double outlier_ratio = 4;
+  double outlier_ratio = 3;
   double thin = 0;  ///< metres: one point stays in each cube of this edge; 0: all
 };
 
@@ -56,11 +56,14 @@ struct SplatReport {
   std::size_t neighbours = 0;        ///< that normals were estimated from; 0 where none were
   std::size_t pieces = 0;            ///< that were oriented by themselves; 0 where nothing was
   std::size_t replaced_normals = 0;  ///< of the file, that were zero and were estimated
+  std::size_t turned_normals = 0;    ///< of the file, that were turned to the sensor of the options
+  double normal_difference = 0;      ///< degrees, mean angle between normals of the file and estimated ones, a sample's
   SplatRadiusSource radius = SplatRadiusSource::spacing;
   double least_radius = 0, median_radius = 0, greatest_radius = 0;  ///< metres
-  std::size_t at_border = 0;  ///< splats by a border of the surface, where radii come from the spacing
-  bool closed_given = false;  ///< by the options
-  double open_share = 0;      ///< see CloudClosedness::open_share; 0 where closed_given
+  std::size_t replaced_radii = 0;  ///< that were no positive number: of the file, or of points in one place
+  std::size_t at_border = 0;       ///< splats by a border of the surface, where radii come from the spacing
+  bool closed_given = false;       ///< by the options
+  double open_share = 0;           ///< see CloudClosedness::open_share; 0 where closed_given
 };
 
 /// Oriented discs (or ellipses) that cover a sampled surface: what the renderer takes. All arrays have one entry a
