@@ -58,14 +58,27 @@ PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> po
     for (const auto& neighbour : neighbours) sum += std::sqrt(neighbour.distance_squared);
     if (!neighbours.empty()) mean[i] = sum / static_cast<double>(neighbours.size());
   });
+  // Only who stands out against the whole cloud's least can do so against its neighbours.
+  const double least = mean.empty() ? 0 : *std::min_element(mean.begin(), mean.end());
+  std::vector<std::uint32_t> suspects;
+  for (const std::uint32_t i : tree.order()) {
+    if (mean[i] > ratio * least) suspects.push_back(i);
+  }
   std::vector<std::uint8_t> keep(points.size(), 1);
-  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
-    if (neighbours.empty()) return;
-    std::array<double, most> theirs;
-    for (std::size_t n = 0; n < neighbours.size(); ++n) theirs[n] = mean[neighbours[n].index];
-    const auto middle = theirs.begin() + static_cast<std::ptrdiff_t>(neighbours.size() / 2);
-    std::nth_element(theirs.begin(), middle, theirs.begin() + static_cast<std::ptrdiff_t>(neighbours.size()));
-    keep[i] = !(mean[i] > ratio * *middle);
+  constexpr std::size_t grain = 512;
+  parallel_for(suspects.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<PointTree::Neighbour> found(k);
+    std::vector<double> theirs;
+    for (std::size_t s = begin; s < end; ++s) {
+      const std::uint32_t i = suspects[s];
+      const std::size_t count = tree.nearest(points[i], found, i);
+      if (count == 0) continue;
+      theirs.clear();
+      for (std::size_t n = 0; n < count; ++n) theirs.push_back(mean[found[n].index]);
+      const auto middle = theirs.begin() + static_cast<std::ptrdiff_t>(count / 2);
+      std::nth_element(theirs.begin(), middle, theirs.end());
+      keep[i] = !(mean[i] > ratio * *middle);
+    }
   });
   return select(std::move(keep));
 }

@@ -146,6 +146,24 @@ float edge_cost(Vec3d offset, Vec3 a, Vec3 b) {
   return static_cast<float>(bend + (rise_a * rise_a + rise_b * rise_b) / squared);
 }
 
+/// The spanning forest of the least cost [Kruskal1956]. The cheapest edges join almost everything, so that few of the others are
+/// left to sort once those within a set are gone [Osipov2009].
+SignedForest spanning_forest(std::vector<Edge> edges, std::span<const Vec3> normals) {
+  SignedForest forest(normals.size());
+  const auto join = [&](std::vector<Edge>& some) {
+    parallel_sort(some);
+    for (const Edge& edge : some) forest.join(edge.a, edge.b, dot(normals[edge.a], normals[edge.b]) < 0);
+  };
+  const auto cheap_end = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 4);
+  std::nth_element(edges.begin(), cheap_end, edges.end());
+  std::vector<Edge> cheap(edges.begin(), cheap_end);
+  join(cheap);
+  edges.erase(edges.begin(), cheap_end);
+  std::erase_if(edges, [&](const Edge& edge) { return forest.find(edge.a).index == forest.find(edge.b).index; });
+  join(edges);
+  return forest;
+}
+
 /// What a piece of the forest encloses.
 struct Piece {
   double count = 0, volume = 0;
@@ -238,10 +256,7 @@ std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> po
     }
     if (!neighbours.empty()) areas[i] = neighbours.back().distance_squared;
   });
-  parallel_sort(edges);
-
-  SignedForest forest(points.size());
-  for (const Edge& edge : edges) forest.join(edge.a, edge.b, dot(normals[edge.a], normals[edge.b]) < 0);
+  SignedForest forest = spanning_forest(std::move(edges), normals);
 
   std::vector<Piece> pieces(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/parallel.h"
 
 namespace embrun {
 
@@ -110,7 +111,11 @@ class SplatMeasure {
       reach_ = 0.5 * farthest;
       place_sites(i, n, count);
       cell_.start(2 * farthest);
-      for (const Point2 site : sites_) cell_.cut(site);
+      // From the nearest on, until they are too far to reach any corner.
+      for (const Point2 site : sites_) {
+        if (dot2(site, site) > 4 * cell_.farthest_squared()) break;
+        cell_.cut(site);
+      }
       if (cell_.farthest_squared() <= reach_ * reach_) return true;
       if (k == most_neighbours || count < k) return false;
     }
@@ -175,21 +180,27 @@ class SplatMeasure {
 void limit_open_cells(const PointTree& tree, std::span<const Vec3d> points, const std::vector<std::uint8_t>& closed,
                       SplatSizes& sizes) {
   const std::vector<float> measured = sizes.radii;
-  constexpr std::size_t looked_at = 32, wanted = 8;
-  for_each_neighbourhood(tree, points, looked_at, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
-    if (closed[i]) return;
-    float greatest = 0;
-    std::size_t seen = 0;
-    for (const auto& neighbour : neighbours) {
-      if (!closed[neighbour.index]) continue;
-      greatest = std::max(greatest, measured[neighbour.index]);
-      if (++seen == wanted) break;
+  constexpr std::size_t looked_at = 32, wanted = 8, grain = 4096;
+  parallel_for(points.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<PointTree::Neighbour> found(looked_at);
+    for (std::size_t place = begin; place < end; ++place) {
+      const std::uint32_t i = tree.order()[place];
+      if (closed[i]) continue;
+      const std::size_t count = tree.nearest(points[i], found, i);
+      float greatest = 0;
+      std::size_t seen = 0;
+      for (std::size_t k = 0; k < count && seen < wanted; ++k) {
+        const std::uint32_t j = found[k].index;
+        if (!closed[j]) continue;
+        greatest = std::max(greatest, measured[j]);
+        ++seen;
+      }
+      if (seen == 0 || measured[i] <= greatest) continue;
+      sizes.radii[i] = greatest;
+      if (sizes.axes.empty()) continue;
+      const float scale = greatest / measured[i];
+      sizes.axes[i] = {sizes.axes[i].major * scale, sizes.axes[i].minor * scale};
     }
-    if (seen == 0 || measured[i] <= greatest) return;
-    sizes.radii[i] = greatest;
-    if (sizes.axes.empty()) return;
-    const float scale = greatest / measured[i];
-    sizes.axes[i] = {sizes.axes[i].major * scale, sizes.axes[i].minor * scale};
   });
 }
 

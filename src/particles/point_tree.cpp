@@ -68,6 +68,7 @@ struct PointTree::Query {
   Vec3d p;
   std::uint32_t except;
   std::span<Neighbour> found;
+  double limit = 0;  // the squared distance beyond which nothing is wanted
   std::size_t count = 0;
 
   bool is_full() const { return count == found.size(); }
@@ -76,17 +77,19 @@ struct PointTree::Query {
     if (!is_full()) {
       found[count++] = neighbour;
       std::push_heap(begin, begin + static_cast<std::ptrdiff_t>(count));
+      if (is_full()) limit = found[0].distance_squared;
     } else if (neighbour < found[0]) {
       std::pop_heap(begin, found.end());
       found.back() = neighbour;
       std::push_heap(begin, found.end());
+      limit = found[0].distance_squared;
     }
   }
 };
 
-std::size_t PointTree::nearest(Vec3d p, std::span<Neighbour> found, std::uint32_t except) const {
+std::size_t PointTree::nearest(Vec3d p, std::span<Neighbour> found, std::uint32_t except, double within) const {
   if (points_.empty() || found.empty()) return 0;
-  Query query{p, except, found};
+  Query query{p, except, found, within * within};
   visit(query, 0, 0, 0, points_.size(), 0, {});
   std::sort_heap(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(query.count));
   return query.count;
@@ -96,11 +99,12 @@ std::size_t PointTree::nearest(Vec3d p, std::span<Neighbour> found, std::uint32_
 void PointTree::visit(Query& query, std::size_t node, std::size_t level, std::size_t begin, std::size_t end,
                       double distance, Vec3d outside) const {
   // At an equal distance a lower index may still be in there.
-  if (query.is_full() && distance > query.found[0].distance_squared) return;
+  if (distance > query.limit) return;
   if (level == levels_) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3d offset = points_[i] - query.p;
-      if (indices_[i] != query.except) query.add({dot(offset, offset), indices_[i]});
+      const double squared = dot(offset, offset);
+      if (squared <= query.limit && indices_[i] != query.except) query.add({squared, indices_[i]});
     }
     return;
   }

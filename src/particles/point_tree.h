@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,8 +33,10 @@ class PointTree {
   /// All indices in the order of the tree: points near each other stand together, which keeps queries in cache.
   std::span<const std::uint32_t> order() const { return indices_; }
   /// Fills `found` with the points nearest to p, nearest first, without the one of index `except`; returns how many
-  /// there are (fewer than asked for only where the tree has fewer).
-  std::size_t nearest(Vec3d p, std::span<Neighbour> found, std::uint32_t except = none) const;
+  /// there are (fewer than asked for only where the tree has fewer). `within` is a distance within which there surely
+  /// are as many, for who knows one: it spares looking farther.
+  std::size_t nearest(Vec3d p, std::span<Neighbour> found, std::uint32_t except = none,
+                      double within = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Query;
@@ -53,9 +57,14 @@ void for_each_neighbourhood(const PointTree& tree, std::span<const Vec3d> points
   constexpr std::size_t grain = 512;
   parallel_for(points.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<PointTree::Neighbour> found(k);
+    // The k nearest others of the point before, or itself in place of this point, are others of this point.
+    constexpr double rounding = 1 + 1e-9;
+    double within = std::numeric_limits<double>::infinity();
     for (std::size_t place = begin; place < end; ++place) {
       const std::uint32_t i = tree.order()[place];
-      const std::size_t count = tree.nearest(points[i], found, i);
+      if (place > begin) within = rounding * (within + length(points[i] - points[tree.order()[place - 1]]));
+      const std::size_t count = tree.nearest(points[i], found, i, within);
+      if (count == k) within = std::sqrt(found[k - 1].distance_squared);
       body(i, std::span<const PointTree::Neighbour>(found).first(count));
     }
   });
