@@ -1,6 +1,7 @@
 #pragma once
 
 #include "math/ray.h"
+#include "math/rgb.h"
 #include "math/vec.h"
 
 namespace embrun {
@@ -25,6 +26,10 @@ struct SurfaceHit {
   // Of a mesh: which of its triangles, and the weights of the second and third corner.
   std::uint32_t triangle = 0;
   float weight_b = 0, weight_c = 0;
+
+  // Of splats: the surface's own colour, and the radius of the splat that was met (0: it is none).
+  Rgb color{1, 1, 1};
+  float splat_radius = 0;
 };
 
 /// How far a ray from the hit along `direction` stays on the side it leaves to: g has the slope of the gradient and at

@@ -1,0 +1,158 @@
+#pragma once
+
+#include "geometry/box.h"
+#include "geometry/splat_hits.h"
+#include "geometry/surface_hit.h"
+#include "math/rgb.h"
+
+// Which hit a ray has on a cloud of splats, and the normal there [Beddiaf2018, 2.3].
+
+namespace embrun {
+
+/// A view of a cloud's splats. Splat i is lane i % splats_per_block of block i / splats_per_block; arrays of what splats
+/// have besides are by that number.
+struct SplatSet {
+  const SplatBlock* blocks = nullptr;
+  std::uint32_t block_count = 0;
+  const Rgb* colors = nullptr;       ///< linear, or null: they are all white
+  const SplatBend* bends = nullptr;  ///< linear fields of normals, or null: a splat has one normal
+  bool closed = false;               ///< the splats bound a body
+  Box3 bounds;                       ///< of all splats and a little more
+
+  EMBRUN_FN Splat splat(std::uint32_t index) const {
+    return blocks[index / splats_per_block].splat(index % splats_per_block);
+  }
+};
+
+/// True where two splats that the ray meets one after the other form a hollow: the angle between them, on the side the ray
+/// comes from, is less than 180 degrees. It is the sum of acos(+c . N_a / |c|) and acos(-c . N_b / |c|) with c from a
+/// to b, and acos is monotonous. `sign`: -1 where the ray comes from behind.
+EMBRUN_FN bool form_hollow(const Splat& a, const Splat& b, float sign) {
+  return sign * dot(b.center - a.center, a.normal - b.normal) > 0.0f;
+}
+
+/// Where splats are not resolved: as if the first hit were the surface's. For pictures of what the rules are good for.
+enum class SplatRules : std::uint8_t { resolve, first_hit };
+
+/// The near phase: which of the group's splats is the surface, and the normal and colour that the group has there.
+EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const SplatHits& hits, SplatRules rules,
+                                    SurfaceHit& hit) {
+  const SplatHits::Hit& first = hits.member(0);
+  const bool entering = first.meeting.along < 0.0f;
+  const float sign = entering ? 1.0f : -1.0f;
+  const int size = hits.group_size();
+  int chosen = 0;
+  Splat surface = set.splat(first.index);
+  Vec3 normals;
+  Rgb color;
+  float shares = 0.0f;
+  for (int i = 0; i < size; ++i) {
+    const SplatHits::Hit& member = hits.member(i);
+    const Splat splat = set.splat(member.index);
+    if (i > 0 && rules == SplatRules::resolve && !form_hollow(surface, splat, sign)) {
+      chosen = i;
+      surface = splat;
+    }
+    const float share = member.meeting.share;
+    const Vec3 from_center = ray.at(member.meeting.t) - splat.center;
+    normals += share * (set.bends != nullptr ? bent_normal(splat, set.bends[member.index], from_center) : splat.normal);
+    if (set.colors != nullptr) color += share * set.colors[member.index];
+    shares += share;
+  }
+  hit = {};
+  hit.t = hits.member(chosen).meeting.t;
+  const Vec3 met = ray.at(hit.t);
+  hit.position = met - dot(met - surface.center, surface.normal) * surface.normal;
+  hit.entering = entering;
+  hit.splat_radius = surface.radius;
+  hit.shading_normal = length_squared(normals) > 0.0f ? normalize(normals) : surface.normal;
+  // Sides are those of the splat, and where the smooth normal agrees on them it is the better one.
+  const bool agrees = (dot(ray.direction, hit.shading_normal) < 0.0f) == entering;
+  hit.geometric_normal = agrees ? hit.shading_normal : surface.normal;
+  if (set.colors != nullptr)
+    hit.color = shares > 0.0f ? color * (1.0f / shares) : set.colors[hits.member(chosen).index];
+}
+
+/// What a back that follows a group of fronts says.
+///
+/// Near the silhouette of a smooth body discs of its far side reach over it as those of the near side do, so that a ray that
+/// passes by meets fronts and then a back. Both are tangents of the surface, and the sphere that touches the discs where
+/// they have their centres [Guennebaud2007] tells whether the ray comes through the body between them. Where the normals
+/// are too different for one smooth sheet, or the two lie apart, the ray does.
+EMBRUN_LOCAL_FN bool comes_through(const SplatSet& set, const Ray& ray, const SplatHits& hits, const SplatMeeting& back,
+                                   std::uint32_t back_index, float sign) {
+  Vec3 normal, center;
+  float shares = 0.0f, radius = 0.0f, t = 0.0f;
+  for (int i = 0; i < hits.group_size(); ++i) {
+    const SplatHits::Hit& member = hits.member(i);
+    const Splat splat = set.splat(member.index);
+    const float share = member.meeting.share + 1e-6f;
+    normal += share * splat.normal;
+    center += share * splat.center;
+    shares += share;
+    radius = max_of(radius, splat.radius);
+    t = member.meeting.t;
+  }
+  const Splat other = set.splat(back_index);
+  if (back.t - t > radius + other.radius) return true;
+  normal *= 1.0f / shares;
+  center *= 1.0f / shares;
+  if (dot(normal, other.normal) < splat_sheet_cosine) return true;
+  // Centres and normals differ by as much on a sphere of radius 1.
+  const Vec3 turned = sign * (other.normal - normal);
+  const float curvature_radius = dot(turned, other.center - center) / length_squared(turned);
+  if (!(curvature_radius > 0.0f) || !is_finite(curvature_radius)) return true;
+  const Vec3 middle = 0.5f * (center + other.center) - (0.5f * sign * curvature_radius) * (normal + other.normal);
+  const Vec3 from_ray = middle - ray.at(0.5f * (t + back.t));
+  const Vec3 across = from_ray - dot(from_ray, ray.direction) * ray.direction;
+  return length_squared(across) <= square(curvature_radius);
+}
+
+/// First crossing of the cloud's surface with t in (t_min, t_max); false leaves `hit` alone. `inside`: the ray starts in
+/// the body, if it is one. `search(query)` shows query.consider() every splat that query.ray() meets with t in
+/// [query.near(), query.limit()], and may show others.
+///
+/// The far phase: a closed body is entered by a group of fronts that a back follows. Fronts that other fronts follow, or
+/// nothing, are splats that reach over the silhouette; so are those that comes_through() tells. From inside it is the same with the sides exchanged, but that the
+/// last surface has nothing behind it.
+template <class Search>
+EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search, const Ray& ray, bool inside,
+                                      const SplatStart& start, SurfaceHit& hit,
+                                      SplatRules rules = SplatRules::resolve) {
+  // Rays from afar start anew at the cloud, so that its splats are met with the precision that they have.
+  const BoxSpan span = clip_line(set.bounds, ray);
+  if (span.empty() || !(span.exit > ray.t_min) || !(span.enter < ray.t_max)) return false;
+  const float skipped = max_of(span.enter, 0.0f);
+  Ray near = ray;
+  near.origin = ray.at(skipped);
+  near.t_min -= skipped;
+  near.t_max -= skipped;
+
+  const SplatView view{set.closed && rules == SplatRules::resolve, inside};
+  SplatHits hits(near, view, start);
+  for (;;) {
+    search(hits);
+    if (!hits.has_group()) return false;
+    bool surface = !view.closed;
+    if (view.closed) {
+      const float sign = inside ? -1.0f : 1.0f;
+      if (const SplatHits::Hit* next = hits.follower(); next != nullptr) {
+        surface = !next->front && comes_through(set, near, hits, next->meeting, next->index, sign);
+      } else {
+        SplatFollower next_far(near, view, start, hits);
+        search(next_far);
+        surface = next_far.found()
+                      ? !next_far.front() && comes_through(set, near, hits, next_far.meeting(), next_far.index(), sign)
+                      : inside;
+      }
+    }
+    if (surface) {
+      fill_splat_hit(set, near, hits, rules, hit);
+      hit.t += skipped;
+      return hit.t > ray.t_min && hit.t < ray.t_max;
+    }
+    hits.restart_after(SplatHits::Hit(hits.last_member()));
+  }
+}
+
+}  // namespace embrun
