@@ -30,7 +30,7 @@ backend/cpu  | $l2 integrators scene/flat
 backend/cuda | $l2 integrators scene/flat
 render       | $l2 integrators scene io meshing backend/cpu backend/cuda face
 measure      | $l2 integrators scene io meshing backend/cpu render face
-reproduction | $l2 integrators scene io render face
+reproduction | $l2 integrators scene io measure render face
 face         | face
 apps         | face
 python       | face

@@ -46,4 +46,18 @@ void check_options(const ReproduceOptions& options);
 /// into the folder is kept. Throws when there is no dam break in the data, or a file cannot be read or written.
 ReproduceReport reproduce_dam_break(const ReproduceOptions& options, const ReproduceHooks& hooks = {});
 
+struct ReproduceSplatsOptions {
+  std::string folder;  ///< that everything is written to; made if it is not there
+  std::string
+      data;  ///< folder with the scans: bunny_35947.ply, igea_70658.ply; empty, or without them: the sphere alone
+  bool quick = false;   ///< small pictures and short measurements, to see that it works
+  int threads = 0;      ///< of the builds; what is measured runs on one. 0: as many as the machine has
+  std::string command;  ///< named in the document
+};
+
+/// Measures what finds the splats along a ray as chapter 2 of the thesis does, for its three clouds, and writes tables, plots
+/// and pictures beside the thesis's figures: FOLDER/splats.md. `rendered` counts clouds. Throws when a file cannot be read
+/// or written.
+ReproduceReport reproduce_splats(const ReproduceSplatsOptions& options, const ReproduceHooks& hooks = {});
+
 }  // namespace embrun

@@ -31,6 +31,11 @@ EMBRUN_FN bool form_hollow(const Splat& a, const Splat& b, float sign) {
   return sign * dot(b.center - a.center, a.normal - b.normal) > 0.0f;
 }
 
+/// Splats that reach over a silhouette are tangents of the surface less than a diameter away from it: where its radius of
+/// curvature is 4 radii (see splat_sheet_depth) a ray that passes by meets them at less than half a radian, and mostly at
+/// less than two thirds of that. The sine.
+inline constexpr float splat_edge_slant = 0.35f;
+
 /// Where splats are not resolved: as if the first hit were the surface's. For pictures of what the rules are good for.
 enum class SplatRules : std::uint8_t { resolve, first_hit };
 
@@ -59,15 +64,21 @@ EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const S
     if (set.colors != nullptr) color += share * set.colors[member.index];
     shares += share;
   }
-  hit = {};
   hit.t = hits.member(chosen).meeting.t;
   const Vec3 met = ray.at(hit.t);
   hit.position = met - dot(met - surface.center, surface.normal) * surface.normal;
   hit.entering = entering;
   hit.splat_radius = surface.radius;
   hit.shading_normal = length_squared(normals) > 0.0f ? normalize(normals) : surface.normal;
+  // An open cloud's splats of the far side that reach over its silhouette are met at a slant from behind. They are taken for
+  // the surface's edge, which is lit from outside, and not for its inside, which is dark.
+  const float slant = dot(ray.direction, hit.shading_normal);
+  if (!set.closed && rules == SplatRules::resolve && slant > 0.0f && slant < splat_edge_slant) {
+    hit.shading_normal = normalize(hit.shading_normal - (slant + 0.02f) * ray.direction);
+    hit.entering = true;
+  }
   // Sides are those of the splat, and where the smooth normal agrees on them it is the better one.
-  const bool agrees = (dot(ray.direction, hit.shading_normal) < 0.0f) == entering;
+  const bool agrees = (dot(ray.direction, hit.shading_normal) < 0.0f) == hit.entering;
   hit.geometric_normal = agrees ? hit.shading_normal : surface.normal;
   if (set.colors != nullptr)
     hit.color = shares > 0.0f ? color * (1.0f / shares) : set.colors[hits.member(chosen).index];
@@ -113,8 +124,10 @@ EMBRUN_LOCAL_FN bool comes_through(const SplatSet& set, const Ray& ray, const Sp
 /// [query.near(), query.limit()], and may show others.
 ///
 /// The far phase: a closed body is entered by a group of fronts that a back follows. Fronts that other fronts follow, or
-/// nothing, are splats that reach over the silhouette; so are those that comes_through() tells. From inside it is the same with the sides exchanged, but that the
-/// last surface has nothing behind it.
+/// nothing, are splats that reach over the silhouette; so are those that comes_through() tells. From inside it is the same
+/// with the sides exchanged, but that the last surface has nothing behind it.
+/// Scans have small holes, and a ray that leaves the body by one would meet nothing: fronts that it meets steeply, as none are
+/// that reach over a smooth silhouette, need no back behind them.
 template <class Search>
 EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search, const Ray& ray, bool inside,
                                       const SplatStart& start, SurfaceHit& hit,
@@ -143,16 +156,43 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
         search(next_far);
         surface = next_far.found()
                       ? !next_far.front() && comes_through(set, near, hits, next_far.meeting(), next_far.index(), sign)
-                      : inside;
+                      : inside || -sign * hits.member(0).meeting.along > splat_edge_slant;
       }
     }
     if (surface) {
-      fill_splat_hit(set, near, hits, rules, hit);
-      hit.t += skipped;
-      return hit.t > ray.t_min && hit.t < ray.t_max;
+      SurfaceHit met;
+      fill_splat_hit(set, near, hits, rules, met);
+      met.t += skipped;
+      // The first of the group is in the ray's extent; the one that is the surface may lie behind its end.
+      if (!(met.t < ray.t_max)) return false;
+      hit = met;
+      return true;
     }
     hits.restart_after(SplatHits::Hit(hits.last_member()));
   }
+}
+
+/// True for points in a closed body: most rays from there meet a back first. Several are asked, as splats that reach over
+/// the silhouette say the opposite.
+template <class Search>
+EMBRUN_LOCAL_FN bool splats_contain(const SplatSet& set, const Search& search, Vec3 point) {
+  // No special directions, and none opposite to another.
+  const Vec3 directions[] = {{0.371f, 0.743f, 0.557f},
+                             {-0.863f, 0.211f, 0.459f},
+                             {0.127f, -0.905f, 0.406f},
+                             {0.482f, 0.365f, -0.796f},
+                             {-0.339f, -0.518f, -0.785f}};
+  SplatSet open = set;
+  open.closed = false;
+  int backs = 0;
+  for (const Vec3& direction : directions) {
+    Ray ray;
+    ray.origin = point;
+    ray.direction = normalize(direction);
+    SurfaceHit hit;
+    if (intersect_splats(open, search, ray, false, {}, hit) && !hit.entering) ++backs;
+  }
+  return backs >= 3;
 }
 
 }  // namespace embrun

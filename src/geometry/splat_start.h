@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/splat.h"
+#include "geometry/surface_hit.h"
 
 // Rays that leave a surface of splats. The splats round the one that was left lie a little above or below it, and the ray
 // is not to meet them.
@@ -61,6 +62,18 @@ EMBRUN_FN Vec3 unpack_direction(std::int16_t packed) {
     v.y = (1.0f - fabsf(x)) * (v.y < 0.0f ? -1.0f : 1.0f);
   }
   return normalize(v);
+}
+
+/// Clearances of splats carry the instance as one below -1, the splat's radius and the surface's normal.
+EMBRUN_FN Clearance clearance_of_splats(const SurfaceHit& hit, int instance) {
+  return {hit.splat_radius, pack_direction(hit.geometric_normal), static_cast<std::int16_t>(-2 - instance)};
+}
+
+/// What a ray that starts with a clearance leaves, if that is the splats of an instance.
+EMBRUN_FN SplatStart splat_start_of(const Ray& ray, int instance) {
+  if (ray.clearance.instance != -2 - instance) return {};
+  const Vec3 normal = unpack_direction(ray.clearance.sheet);
+  return {normal, ray.clearance.distance, dot(ray.direction, normal) < 0.0f};
 }
 
 }  // namespace embrun

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/splat_start.h"
 #include "integrators/medium_flight.h"
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
@@ -222,6 +223,12 @@ EMBRUN_FN Vec3 leave_surface(const SceneHit& hit, Vec3 direction) {
   return hit.surface.position + side * hit.surface.geometric_normal;
 }
 
+/// What a ray along `direction` knows of the surface that it leaves.
+EMBRUN_FN Clearance leaving_clearance(const SceneHit& hit, Vec3 direction) {
+  if (hit.fluid >= 0) return clearance_after(hit.surface, direction, hit.fluid);
+  return hit.splats >= 0 ? clearance_of_splats(hit.surface, hit.splats) : Clearance{};
+}
+
 /// The table that guides directions at a point of the path, or null: diffuse surfaces alone have one.
 EMBRUN_FN const Distribution2D* guide_of(const PathScene& scene, const PathState& path, const Bsdf& bsdf) {
   if (!(scene.guide.share > 0.0f) || bsdf.kind != BsdfKind::diffuse) return nullptr;
@@ -317,9 +324,11 @@ EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path,
   if (!(scatter.pdf > 0.0f)) return false;
   // Rough glass is lit from across as well.
   const bool across = dot(wo, normals.geometric) * dot(light.direction, normals.geometric) < 0.0f;
-  return start_shadow_ray(scene, path, light, across ? leave_surface(hit, light.direction) : origin,
-                          across ? behind : path.media, scatter.value,
-                          direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction), shadow);
+  const bool started = start_shadow_ray(
+      scene, path, light, across ? leave_surface(hit, light.direction) : origin, across ? behind : path.media,
+      scatter.value, direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction), shadow);
+  if (hit.splats >= 0) shadow.ray.clearance = clearance_of_splats(hit.surface, hit.splats);
+  return started;
 }
 
 /// Russian roulette: a path goes on with the probability that its light counts in the picture, freed of the
@@ -344,7 +353,7 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   const bool from_front = dot(wo, normals.geometric) >= 0.0f;
   const float relative_index = scene.media[behind.current()].ior / scene.media[path.media.current()].ior;
   const Bsdf bsdf = bsdf_at(material_seen(scene.materials, hit.material, from_front),
-                            {hit.surface.position, hit.uv, hit.tangent}, from_front, relative_index);
+                            {hit.surface.position, hit.uv, hit.tangent, hit.surface.color}, from_front, relative_index);
   path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
 
   // Features of the picture.
@@ -377,7 +386,7 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
-  path.ray.clearance = hit.fluid >= 0 ? clearance_after(hit.surface, next.wi, hit.fluid) : Clearance{};
+  path.ray.clearance = leaving_clearance(hit, next.wi);
   path.ray.t_min = 0.0f;
   path.ray.t_max = infinity;
   path.passed = 0;

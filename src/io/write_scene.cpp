@@ -205,6 +205,30 @@ void write(Xml& xml, const Pictures& pictures, const MeshDescription& mesh, std:
   }
 }
 
+void write(Xml& xml, const Pictures& pictures, const SplatsDescription& splats, std::size_t index) {
+  need_file(splats.file, "splats", index);
+  const SplatOptions& options = splats.options;
+  xml.open("shape type=\"splats\"");
+  xml.file(splats.file);
+  if (options.normals != NormalChoice::automatic)
+    xml.text("normals", options.normals == NormalChoice::file ? "file" : "estimate");
+  if (options.neighbours) xml.whole("neighbours", static_cast<int>(*options.neighbours));
+  if (options.sensor) xml.point("sensor", *options.sensor);
+  if (options.radius) xml.real("radius", *options.radius);
+  xml.real("radius_scale", options.radius_scale);
+  if (options.ellipses) xml.flag("ellipses", true);
+  // As it was told from the splats, for it decides what is seen.
+  xml.flag("closed", splats.closed);
+  if (options.keep_duplicates) xml.flag("keep_duplicates", true);
+  xml.real("outlier_ratio", options.outlier_ratio);
+  if (options.thin != 0) xml.real("thin", options.thin);
+  if (splats.bent_normals) xml.flag("bent_normals", true);
+  if (splats.flipped) xml.flag("flip_normals", true);
+  xml.placement(splats.placement);
+  write_material(xml, pictures, splats.material);
+  xml.close();
+}
+
 // ---- lights ------------------------------------------------------------------------------------------------------
 
 /// Those without extent are Mitsuba's own.
@@ -375,6 +399,7 @@ std::string write_scene(const SceneDescription& scene) {
   for (const PatchDescription& patch : scene.patches) write(xml, scene.pictures, patch);
   for (const CylinderDescription& cylinder : scene.cylinders) write(xml, scene.pictures, cylinder);
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) write(xml, scene.pictures, scene.meshes[i], i);
+  for (std::size_t i = 0; i < scene.splats.size(); ++i) write(xml, scene.pictures, scene.splats[i], i);
   xml.close();
   return xml.take();
 }

@@ -25,13 +25,15 @@ struct Material {
 
 /// A point of a surface as textures want it.
 struct TexturePoint {
-  Vec3 position;  ///< in the scene
-  Vec2 uv;        ///< the geometry's coordinates
-  Vec3 tangent;   ///< where u grows; zero where it is not known
+  Vec3 position;     ///< in the scene
+  Vec2 uv;           ///< the geometry's coordinates
+  Vec3 tangent;      ///< where u grows; zero where it is not known
+  Rgb own{1, 1, 1};  ///< the surface's own colour
 };
 
 EMBRUN_FN void set_roughness(const Material& material, const TexturePoint& point, Bsdf& bsdf) {
-  const float value = clamp(mean(evaluate_texture(material.roughness, point.position, point.uv)), 0.0f, 1.0f);
+  const float value =
+      clamp(mean(evaluate_texture(material.roughness, point.position, point.uv, point.own)), 0.0f, 1.0f);
   bsdf.roughness = value;
   bsdf.alpha_u = value;
   bsdf.alpha_v = material.alpha_v > 0.0f ? material.alpha_v : value;
@@ -53,7 +55,7 @@ EMBRUN_FN Bsdf bsdf_at(const Material& material, const TexturePoint& point, bool
   bsdf.kind = material.kind;
   bsdf.relative_index = relative_index;
   if (!is_interface(material.kind) && material.kind != BsdfKind::thin_dielectric)
-    bsdf.reflectance = evaluate_texture(material.reflectance, point.position, point.uv);
+    bsdf.reflectance = evaluate_texture(material.reflectance, point.position, point.uv, point.own);
   if (!material.parameters) return bsdf;
   bsdf.parameters = &material.constants;
   if (material.own_index > 0.0f) bsdf.relative_index = material.own_index;

@@ -6,7 +6,7 @@
 
 namespace embrun {
 
-enum class TextureKind : uint8_t { constant, checker, uv_checker, bitmap };
+enum class TextureKind : uint8_t { constant, checker, uv_checker, bitmap, own };
 /// What a bitmap shows outside [0, 1].
 enum class TextureWrap : uint8_t { repeat, mirror, clamp };
 enum class TextureFilter : uint8_t { bilinear, nearest };
@@ -25,7 +25,8 @@ struct PictureView {
 /// A colour over space, in scene coordinates, or over a surface's own coordinates (u, v). `checker` divides the plane of
 /// two axes into square cells of size `cell` (metres): with i = floor((p - origin)[axis_u] / cell) and j likewise, i + j
 /// even shows `first`, odd `second`. `uv_checker` has cells of half a unit of u and v. `bitmap` shows `picture` in
-/// [0, 1] x [0, 1], its first row at v = 0; values lie at the middles of the pixels.
+/// [0, 1] x [0, 1], its first row at v = 0; values lie at the middles of the pixels. `own` is the colour that the surface has
+/// itself, as point clouds do.
 struct Texture {
   TextureKind kind = TextureKind::constant;
   uint8_t axis_u = 0, axis_v = 2;
@@ -76,9 +77,10 @@ EMBRUN_LOCAL_FN Rgb evaluate_bitmap(const Texture& texture, float u, float v) {
          b * ((1.0f - a) * pixel(i, j + 1) + a * pixel(i + 1, j + 1));
 }
 
-/// `point` in the scene, `uv` the surface's coordinates there.
-EMBRUN_FN Rgb evaluate_texture(const Texture& texture, Vec3 point, Vec2 uv) {
+/// `point` in the scene, `uv` the surface's coordinates there, `own` its own colour.
+EMBRUN_FN Rgb evaluate_texture(const Texture& texture, Vec3 point, Vec2 uv, Rgb own = {1, 1, 1}) {
   if (texture.kind == TextureKind::constant) return texture.first;
+  if (texture.kind == TextureKind::own) return own;
   if (texture.kind == TextureKind::checker) {
     const Vec3 p = point - texture.origin;
     const float i = floorf(p[texture.axis_u] / texture.cell);

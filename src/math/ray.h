@@ -8,7 +8,7 @@ namespace embrun {
 
 /// What is known of the way ahead of a ray that leaves a surface: it meets that surface again after `distance` (metres)
 /// at the earliest. Surfaces may have several sheets, numbered; it is the sheet `sheet` of the geometry instance
-/// `instance` that is known of.
+/// `instance` that is known of. For rays that leave splats (see geometry/splat_start.h) the numbers mean something else.
 struct Clearance {
   float distance = 0.0f;  ///< 0: nothing is known
   std::int16_t sheet = 0;

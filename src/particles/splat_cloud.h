@@ -11,41 +11,15 @@
 #include "particles/cloud_normals.h"
 #include "particles/cloud_splats.h"
 #include "particles/particle_set.h"
+#include "particles/splat_options.h"
 
 namespace embrun {
-
-/// Whose normals a cloud takes.
-enum class NormalChoice {
-  automatic,  ///< the file's where it has them, else estimated
-  file,       ///< the file's; an error where there are none
-  estimate,   ///< by principal components, whatever the file has
-};
 
 /// Which way estimated normals look.
 enum class NormalSource { file, estimated_outwards, estimated_to_sensor };
 
 /// Where the splats' radii come from.
 enum class SplatRadiusSource { given, file, spacing };
-
-/// How a cloud becomes splats. The defaults are for a scan of which nothing is known.
-struct SplatOptions {
-  NormalChoice normals = NormalChoice::automatic;
-  /// Neighbours that a normal is taken from, 3 to 256; absent: from the cloud's noise and curvature.
-  std::optional<std::size_t> neighbours;
-  /// Where the scanner stood, metres, in the frame of the positions: all normals are turned to it, the file's too.
-  /// Absent: the place that the file tells (ParticleSet::sensor) turns estimated ones; else they look outwards.
-  std::optional<Vec3d> sensor;
-  /// One radius for all splats, metres, > 0; absent: the file's attribute "radius", else from the spacing.
-  std::optional<double> radius;
-  /// Radii of the file or from the spacing are multiplied by this, > 0.
-  double radius_scale = 1;
-  bool ellipses = false;       ///< elliptical splats, where radii come from the spacing
-  std::optional<bool> closed;  ///< whether the cloud bounds a body; absent: told from the splats
-  bool keep_duplicates = false;
-  /// How many times a point's mean distance to its neighbours may be that of theirs; 0 keeps outliers.
-  double outlier_ratio = 3;
-  double thin = 0;  ///< metres: one point stays in each cube of this edge; 0: all
-};
 
 /// What make_splats() found and did, for people.
 struct SplatReport {

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "scene/compile_materials.h"
 #include "scene/compile_media.h"
+#include "scene/compile_splats.h"
 #include "scene/pack_balls.h"
 #include "scene/wall_contact.h"
 
@@ -67,6 +68,10 @@ Bounds bounds_of(const SceneDescription& scene) {
     for (const double a : {-1.0, 1.0})
       for (const double b : {-1.0, 1.0}) bounds.include(patch.center + a * u + b * v);
   }
+  for (const SplatsDescription& splats : scene.splats)
+    for (std::size_t i = 0; i < splats.centers.size(); ++i)
+      bounds.include(place(splats.placement, splats.centers[i]),
+                     static_cast<double>(splats.radii[i]) * largest_scale(splats.placement));
   for (const MeshDescription& mesh : scene.meshes)
     for (const Placement& placement : placements_of(mesh))
       for (const Vec3& p : mesh.mesh.positions) bounds.include(place(placement, to_double(p)));
@@ -79,22 +84,17 @@ Bounds bounds_of(const SceneDescription& scene) {
 Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
   constexpr std::size_t sample_size = 20000;
   std::vector<double> x, y, z;
-  for (const FluidDescription& fluid : scene.fluids) {
-    const std::size_t step = fluid.positions.size() / sample_size + 1;
-    for (std::size_t i = 0; i < fluid.positions.size(); i += step) {
-      const Vec3d p = place(fluid.placement, fluid.positions[i]);
+  const auto sample = [&](const std::vector<Vec3d>& positions, const Placement& placement) {
+    for (std::size_t i = 0; i < positions.size(); i += positions.size() / sample_size + 1) {
+      const Vec3d p = place(placement, positions[i]);
       x.push_back(p.x);
       y.push_back(p.y);
       z.push_back(p.z);
     }
-  }
-  for (const VolumeDescription& volume : scene.volumes) {
-    for (std::size_t i = 0; i < volume.positions.size(); i += volume.positions.size() / sample_size + 1) {
-      x.push_back(volume.positions[i].x);
-      y.push_back(volume.positions[i].y);
-      z.push_back(volume.positions[i].z);
-    }
-  }
+  };
+  for (const FluidDescription& fluid : scene.fluids) sample(fluid.positions, fluid.placement);
+  for (const VolumeDescription& volume : scene.volumes) sample(volume.positions, {});
+  for (const SplatsDescription& splats : scene.splats) sample(splats.centers, splats.placement);
   if (x.empty()) return 0.5 * (bounds.low + bounds.high);
   const auto median = [](std::vector<double>& v) {
     const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
@@ -161,6 +161,7 @@ class Compiler {
     for (const PatchDescription& patch : scene_.patches) add(patch);
     for (const CylinderDescription& cylinder : scene_.cylinders) add(cylinder);
     for (const MeshDescription& mesh : scene_.meshes) add(mesh);
+    for (const SplatsDescription& splats : scene_.splats) add(splats);
     finish_solids();
     add_density();
     add_lights();
@@ -184,6 +185,7 @@ class Compiler {
     for (const BallsDescription& balls : scene_.balls) classes_.add(balls.material);
     for (const BoxDescription& box : scene_.boxes) classes_.add(box.material);
     for (const MeshDescription& mesh : scene_.meshes) classes_.add(mesh.material);
+    for (const SplatsDescription& splats : scene_.splats) classes_.add(splats.material);
     flat_.media = classes_.sort();
   }
 
@@ -362,17 +364,19 @@ class Compiler {
     instance.to_object = inverse_of(instance.to_world);
   }
 
-  /// Numbers the solids of balls after the fluids, and tells the balls how far rays start off the other surfaces.
+  /// Numbers the solids of balls and splats after the fluids, and tells the balls how far rays start off the other surfaces.
   void finish_solids() {
     int solids = static_cast<int>(flat_.fluids.size());
     float slack = 0;
     for (const Instance& instance : flat_.instances) slack = std::max(slack, instance.offset);
     for (Instance& instance : flat_.instances) {
-      if (instance.kind != GeometryKind::balls) continue;
-      flat_.ball_ranges[instance.geometry].slack = slack;
-      if (instance.media_class == 0) continue;
+      const bool balls = instance.kind == GeometryKind::balls;
+      if (balls) flat_.ball_ranges[instance.geometry].slack = slack;
+      // Of a closed cloud the side counts even where it is opaque: the camera may be inside.
+      const bool closed = instance.kind == GeometryKind::splats && flat_.splats[instance.geometry].set.closed;
+      if (!closed && !(balls && instance.media_class != 0)) continue;
       if (solids == max_solids)
-        throw Error(fmt::format("more than {} fluids and sets of transparent balls in all", max_solids));
+        throw Error(fmt::format("more than {} fluids, sets of transparent balls and closed clouds in all", max_solids));
       instance.solid = static_cast<std::int8_t>(solids++);
     }
   }
@@ -411,6 +415,21 @@ class Compiler {
     if (!is_black(description.radiance))
       instance.light = add_shape_light(make_cylinder_light(
           local(description.start), to_float(axis), static_cast<float>(description.radius), description.radiance));
+  }
+
+  void add(const SplatsDescription& description) {
+    Bounds own;
+    for (const Vec3d& p : description.centers) own.include(p);
+    const Vec3d center = own_center(description.placement, own);
+    flat_.splat_arrays.push_back(compile_splat_arrays(description, center));
+    flat_.splats.push_back(splat_geometry(flat_.splat_arrays.back(), description.closed));
+    Instance& instance = add_instance(GeometryKind::splats, flat_.splats.size() - 1, description.material);
+    constexpr std::size_t most = 32000;  // by 16 bits
+    if (flat_.splats.size() > most) throw Error(fmt::format("more than {} clouds of splats", most));
+    instance.splats = static_cast<std::int16_t>(flat_.splats.size() - 1);
+    set_placement(instance, description.placement, center);
+    // Next to what rounding does to a crossing that is much; the splats near by are told apart by splat_start.h.
+    instance.offset = 1e-3f * median_radius(description) * static_cast<float>(largest_scale(description.placement));
   }
 
   void add(const MeshDescription& description) {
@@ -535,6 +554,7 @@ SceneView FlatScene::view() const {
   v.fluids = fluids.data();
   v.ball_ranges = ball_ranges.data();
   v.ball_blocks = ball_blocks.data();
+  v.splats = splats.data();
   v.boxes = boxes.data();
   v.patches = patches.data();
   v.cylinders = cylinders.data();

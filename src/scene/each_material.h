@@ -19,6 +19,7 @@ void each_material(Scene& scene, const Visit& visit) {
   of_all(scene.patches, "patch");
   of_all(scene.cylinders, "cylinder");
   of_all(scene.meshes, "mesh");
+  of_all(scene.splats, "splats");
 }
 
 }  // namespace embrun

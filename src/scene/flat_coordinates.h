@@ -16,12 +16,13 @@ EMBRUN_FN SurfaceCoordinates mesh_coordinates(const SceneView& scene, const Mesh
   return triangle_coordinates(corners, uv, hit.weight_b, hit.weight_c);
 }
 
-/// The coordinates of a hit on an instance, the tangent in the scene. A fluid's surface has none.
+/// The coordinates of a hit on an instance, the tangent in the scene. A fluid's surface and splats have none.
 EMBRUN_LOCAL_FN SurfaceCoordinates coordinates_of(const SceneView& scene, const Instance& instance,
                                                   const SurfaceHit& hit) {
   SurfaceCoordinates own;
   switch (instance.kind) {
-    case GeometryKind::fluid: break;
+    case GeometryKind::fluid:
+    case GeometryKind::splats: break;
     case GeometryKind::cylinder: return cylinder_coordinates(scene.cylinders[instance.geometry], hit.position);
     case GeometryKind::balls: own = ball_coordinates(instance.to_object.vector(hit.geometric_normal)); break;
     case GeometryKind::box: return box_coordinates(scene.boxes[instance.geometry], hit.position, hit.geometric_normal);

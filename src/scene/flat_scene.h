@@ -11,6 +11,7 @@
 #include "geometry/cylinder.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
+#include "geometry/splat_tree.h"
 #include "geometry/thesis_tracer.h"
 #include "lights/light_set_builder.h"
 #include "materials/material.h"
@@ -22,7 +23,7 @@
 
 namespace embrun {
 
-enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, cylinder, mesh };
+enum class GeometryKind : std::uint8_t { fluid, balls, box, patch, cylinder, mesh, splats };
 
 /// A geometry in its place: everything that a ray meets is found through one of these.
 struct Instance {
@@ -33,6 +34,7 @@ struct Instance {
   GeometryKind kind = GeometryKind::patch;
   std::uint8_t media_class = 0;  ///< of the inside; 0: opaque or without inside
   std::int16_t fluid = -1;       ///< number of the instance among those of fluids, or -1
+  std::int16_t splats = -1;      ///< number of the instance among those of splats, or -1
   std::int8_t solid = -1;        ///< its number in MediaState, or -1: its side is not followed
   std::uint32_t geometry = 0;    ///< index into the array of its kind
   std::uint32_t material = 0;
@@ -57,6 +59,19 @@ struct BallRange {
   float step = 0;   ///< a usual ball's diameter, metres
 };
 
+/// A cloud of splats in its own space.
+struct SplatGeometry {
+  SplatSet set;
+  SplatTreeView tree;
+};
+
+/// What owns a SplatGeometry's arrays.
+struct SplatArrays {
+  SplatTree tree;
+  std::vector<Rgb> colors;
+  std::vector<SplatBend> bends;
+};
+
 /// Stretches of the mesh arrays; triangles index into the whole position array.
 struct MeshRange {
   std::uint32_t first_position = 0, position_count = 0;
@@ -77,6 +92,7 @@ struct SceneView {
   const FluidGeometry* fluids = nullptr;
   const BallRange* ball_ranges = nullptr;
   const BallBlock* ball_blocks = nullptr;
+  const SplatGeometry* splats = nullptr;
   const Box3* boxes = nullptr;
   const Patch* patches = nullptr;
   const Cylinder* cylinders = nullptr;
@@ -98,6 +114,8 @@ struct FlatScene {
   std::vector<FluidGeometry> fluids;
   std::vector<BallRange> ball_ranges;
   std::vector<BallBlock> ball_blocks;
+  std::vector<SplatArrays> splat_arrays;  ///< owners of what `splats` view
+  std::vector<SplatGeometry> splats;
   std::vector<Box3> boxes;
   std::vector<Patch> patches;
   std::vector<Cylinder> cylinders;

@@ -26,7 +26,7 @@ struct PictureDescription {
 };
 
 /// A colour over space or over a surface's coordinates (u, v), which the geometry decides: see
-/// geometry/surface_coordinates.h.
+/// geometry/surface_coordinates.h. TextureKind::own is for splats with colours.
 struct TextureDescription {
   TextureKind kind = TextureKind::constant;
   Rgb first{0.5f, 0.5f, 0.5f};

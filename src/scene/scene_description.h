@@ -11,6 +11,7 @@
 #include "lights/sky.h"
 #include "math/rgb.h"
 #include "math/up_axis.h"
+#include "particles/splat_options.h"
 #include "sampling/sampler.h"
 #include "scene/material_description.h"
 #include "scene/medium_description.h"
@@ -20,6 +21,26 @@
 // compared and changed at will; compile() checks it and makes what a ray touches. Defaults are usable.
 
 namespace embrun {
+
+/// The discs or ellipses that stand for the surface of a point cloud. Arrays have one entry a splat.
+struct SplatsDescription {
+  std::vector<Vec3d> centers;
+  std::vector<Vec3> normals;  ///< unit; out of the body where the cloud is closed
+  std::vector<float> radii;   ///< of an ellipse the greater half axis
+  /// The lesser half axes of ellipses, at right angles to the normals, metres; or empty: all are discs.
+  std::vector<Vec3> lesser_axes;
+  std::vector<Rgb> colors;  ///< linear, or empty: see TextureKind::own
+  /// The splats bound a body, without holes: splats that reach over its silhouette are not seen, and it has an inside.
+  bool closed = false;
+  bool bent_normals = false;  ///< a splat's normal turns over it as those of its neighbours do
+  MaterialDescription material;
+  Placement placement;
+  std::string file;      ///< where the points are from, or empty
+  SplatOptions options;  ///< how they became splats
+  bool flipped = false;  ///< the normals were turned round then
+
+  bool operator==(const SplatsDescription&) const = default;
+};
 
 /// A box in the world.
 struct Box3d {
@@ -202,6 +223,7 @@ struct SceneDescription {
   std::vector<PatchDescription> patches;
   std::vector<CylinderDescription> cylinders;
   std::vector<MeshDescription> meshes;
+  std::vector<SplatsDescription> splats;
   /// What the textures of the materials show.
   std::vector<PictureDescription> pictures;
   std::vector<LightDescription> lights;

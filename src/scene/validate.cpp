@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <string_view>
 
 #include "base/error.h"
 #include "scene/each_material.h"
@@ -219,6 +220,13 @@ void check_volume(const VolumeDescription& volume, const std::string& what) {
   check_particle_medium(volume.medium, volume.positions.size(), what);
 }
 
+/// For surfaces that are no place for pictures.
+void check_no_coordinates(const MaterialDescription& material, const std::string& what) {
+  for (const TextureDescription* texture : {&material.reflectance, &material.roughness})
+    require(texture->kind != TextureKind::uv_checker && texture->kind != TextureKind::bitmap,
+            "{}: its surface has no coordinates (u, v) for its texture", what);
+}
+
 void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std::string& what) {
   require(!fluid.positions.empty(), "{}: it has no particles", what);
   const SurfaceSettings& surface = fluid.surface;
@@ -240,9 +248,7 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
   require(fluid.material.kind != BsdfKind::null && fluid.material.kind != BsdfKind::thin_dielectric,
           "{}: its material is none that a surface can have", what);
   check_material(fluid.material, pictures, what);
-  for (const TextureDescription* texture : {&fluid.material.reflectance, &fluid.material.roughness})
-    require(texture->kind == TextureKind::constant || texture->kind == TextureKind::checker,
-            "{}: its surface has no coordinates (u, v) for its texture", what);
+  check_no_coordinates(fluid.material, what);
   check_placement(fluid.placement, what);
   if (fluid.container) check_box(*fluid.container, what + ": container");
   require(fluid.mesh_cell >= 0 && finite(fluid.mesh_cell), "{}: mesh cell {} is negative or not finite", what,
@@ -345,6 +351,36 @@ void check_mesh(const MeshDescription& mesh, std::size_t pictures, const std::st
   for (const Placement& copy : mesh.copies) check_placement(copy, what + ": a copy");
 }
 
+void check_splats(const SplatsDescription& splats, std::size_t pictures, const std::string& what) {
+  const std::size_t count = splats.centers.size();
+  require(count > 0, "{}: there are none", what);
+  const auto one_each = [&](std::size_t size, const char* name) {
+    require(size == count, "{}: {} {} for {} splats", what, size, name, count);
+  };
+  one_each(splats.normals.size(), "normals");
+  one_each(splats.radii.size(), "radii");
+  if (!splats.lesser_axes.empty()) one_each(splats.lesser_axes.size(), "lesser axes");
+  if (!splats.colors.empty()) one_each(splats.colors.size(), "colours");
+  for (std::size_t i = 0; i < count; ++i) {
+    require(finite(splats.centers[i]), "{}: the centre of splat {} is not finite", what, i);
+    require(std::abs(length(splats.normals[i]) - 1) < 1e-3f, "{}: the normal of splat {} has not length 1", what, i);
+    require(splats.radii[i] > 0 && finite(splats.radii[i]), "{}: the radius {} of splat {} is not positive", what,
+            splats.radii[i], i);
+    if (splats.lesser_axes.empty()) continue;
+    const float lesser = length(splats.lesser_axes[i]);
+    require(lesser > 0 && lesser <= splats.radii[i] * 1.001f &&
+                std::abs(dot(splats.lesser_axes[i], splats.normals[i])) <= 1e-2f * lesser,
+            "{}: the lesser half axis of splat {} is 0, longer than the greater one, or not in its plane", what, i);
+  }
+  for (std::size_t i = 0; i < splats.colors.size(); ++i)
+    check_color(splats.colors[i], fmt::format("{}: colour of splat {}", what, i), 1);
+  require(splats.closed || !has_inside(splats.material),
+          "{}: they are open, and have no inside to refract into (is it a closed cloud?)", what);
+  check_material(splats.material, pictures, what);
+  check_no_coordinates(splats.material, what);
+  check_placement(splats.placement, what);
+}
+
 std::string numbered(const char* what, std::size_t i) { return fmt::format("{} {}", what, i + 1); }
 
 /// Every material's grid is there.
@@ -352,6 +388,16 @@ void check_grid_references(const SceneDescription& scene) {
   each_material(scene, [&](const MaterialDescription& material, const char* what, std::size_t i) {
     require(material.grid_medium < static_cast<int>(scene.grid_media.size()), "{}: it names grid medium {} of {}",
             numbered(what, i), material.grid_medium + 1, scene.grid_media.size());
+  });
+}
+
+/// A surface's own colour is asked of splats that have colours.
+void check_own_colors(const SceneDescription& scene) {
+  each_material(scene, [&](const MaterialDescription& material, const char* what, std::size_t i) {
+    const bool splats = std::string_view(what) == "splats";
+    if (splats && !scene.splats[i].colors.empty()) return;
+    require(material.reflectance.kind != TextureKind::own && material.roughness.kind != TextureKind::own,
+            "{}: its texture is its own colour, and it has none", numbered(what, i));
   });
 }
 
@@ -365,6 +411,7 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.grid_media.size(); ++i)
     check_grid_medium(scene.grid_media[i], numbered("grid medium", i));
   check_grid_references(scene);
+  check_own_colors(scene);
   for (std::size_t i = 0; i < scene.balls.size(); ++i) {
     const std::string what = numbered("set of balls", i);
     check_material(scene.balls[i].material, pictures, what);
@@ -384,6 +431,7 @@ void validate(const SceneDescription& scene) {
   for (std::size_t i = 0; i < scene.patches.size(); ++i) check_patch(scene.patches[i], pictures, numbered("patch", i));
   for (std::size_t i = 0; i < scene.cylinders.size(); ++i)
     check_cylinder(scene.cylinders[i], pictures, numbered("cylinder", i));
+  for (std::size_t i = 0; i < scene.splats.size(); ++i) check_splats(scene.splats[i], pictures, numbered("splats", i));
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) check_mesh(scene.meshes[i], pictures, numbered("mesh", i));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) check_light(scene.lights[i], numbered("light", i));
   check_color(scene.environment.constant, "environment: radiance", 1e30f);

@@ -139,7 +139,7 @@ TEST_F(Reproduce, RefusesWhatCannotBe) {
   };
   refused("reproduce -o out", 2, "WHAT");
   refused("reproduce dam-break", 2, "--output");
-  refused("reproduce wave -o out", 2, "\"wave\" cannot be reproduced; there is: dam-break");
+  refused("reproduce wave -o out", 2, "\"wave\" cannot be reproduced; there are: dam-break, splats");
   refused("reproduce dam-break -o ''", 2, "no folder to write to");
   refused("reproduce dam-break -o out --spp 3", 2, "even number");
   refused("reproduce dam-break -o out --spp 0", 2, "even number");
@@ -155,6 +155,21 @@ TEST_F(Reproduce, RefusesWhatCannotBe) {
   EXPECT_EQ(damaged.exit_code, 1);
   EXPECT_NE(damaged.err.find("samples/dam_break.bgeo"), std::string::npos) << damaged.err;
   EXPECT_EQ(run("reproduce dam-break -o water.xyz --data samples").exit_code, 1);
+}
+
+TEST_F(Reproduce, SplatsWithoutTheScans) {
+  const Outcome done = run("reproduce splats --quick --data samples -o splats");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string document = content_of(folder / "splats/splats.md");
+  EXPECT_NE(document.find("igea_70658.ply is not in the folder"), std::string::npos);
+  const auto table = table_below(document, "## sphere");
+  ASSERT_EQ(table.size(), 13u);
+  // The rows are eight and four, and in the end the tree is faster than the plain loop.
+  EXPECT_GT(std::stod(table[12][5]), 5);
+  for (const char* file : {"figure-29.svg", "figure-28-sphere.png", "figure-33c-sphere.png"})
+    EXPECT_TRUE(fs::exists(folder / "splats" / file)) << file;
+  EXPECT_EQ(run("reproduce splats --data nowhere -o none").exit_code, 1);
+  EXPECT_EQ(run("reproduce splats -o ''").exit_code, 2);
 }
 
 }  // namespace

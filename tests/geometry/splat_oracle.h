@@ -115,6 +115,12 @@ inline Answer surface(const std::vector<Disc>& discs, V origin, V direction, dou
       window = narrower;
     }
     bool overhang = closed && (end == hits.size() ? !inside : is_front(hits[end]));
+    if (closed && !inside && end == hits.size()) {
+      // By a hole: 0.35 is the sine of the slant at which splats reach over a silhouette.
+      const double steep = -dot(direction, discs[hits[begin].disc].normal);
+      answer.margin = std::min(answer.margin, std::abs(steep - 0.35));
+      overhang = steep <= 0.35;
+    }
     if (closed && end < hits.size() && !overhang)
       overhang = passes_by(discs, hits, begin, end, origin, direction, inside ? -1 : 1, answer.margin);
     if (overhang) {

@@ -1,5 +1,7 @@
 // What is written reads back the same.
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -73,6 +75,71 @@ TEST(SceneRoundTrip, OfWhatAFileSays) {
   Files all = files;
   all["/scenes/scene.xml"] = whole(elements);
   expect_same_again(read_file(all).scene, files);
+}
+
+/// A grid of 5 x 5 points in the plane z = 0, with normals and colours.
+std::string cloud_ply() {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 25\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+      "nx\n"
+      "property float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar "
+      "blue\nend_header\n";
+  for (int i = 0; i < 25; ++i) text += fmt::format("{} {} 0 0 0 1 255 {} 0\n", i % 5, i / 5, 10 * i);
+  return text;
+}
+
+TEST(SceneRoundTrip, OfSplats) {
+  Files files = {{"/scenes/cloud.ply", cloud_ply()}};
+  files["/scenes/scene.xml"] = whole(
+      "<shape type=\"splats\"><string name=\"filename\" value=\"cloud.ply\"/></shape>"
+      "<shape type=\"splats\"><string name=\"filename\" value=\"cloud.ply\"/><string name=\"normals\" "
+      "value=\"file\"/><float "
+      "name=\"radius\" value=\"0.9\"/><boolean name=\"closed\" value=\"true\"/><boolean name=\"bent_normals\" "
+      "value=\"true\"/><boolean name=\"flip_normals\" value=\"true\"/><point name=\"sensor\" value=\"0, 0, "
+      "5\"/><transform "
+      "name=\"to_world\"><scale value=\"2\"/></transform><bsdf type=\"dielectric\"/></shape>"
+      "<shape type=\"splats\"><string name=\"filename\" value=\"cloud.ply\"/><bsdf type=\"diffuse\"><texture "
+      "name=\"reflectance\" type=\"mesh_attribute\"/></bsdf></shape>");
+  const SceneDescription scene = read_file(files).scene;
+  ASSERT_EQ(scene.splats.size(), 3u);
+  const SplatsDescription& plain = scene.splats[0];
+  EXPECT_EQ(plain.centers.size(), 25u);
+  EXPECT_FALSE(plain.closed);
+  EXPECT_EQ(plain.material.reflectance.kind, TextureKind::own);
+  EXPECT_NEAR(plain.colors[0].r, 1, 1e-6);
+  // Half the diagonal of a cell covers it.
+  EXPECT_GE(plain.radii[12], 0.707f);
+  const SplatsDescription& glass = scene.splats[1];
+  EXPECT_TRUE(glass.closed && glass.bent_normals);
+  EXPECT_FLOAT_EQ(glass.normals[12].z, -1);
+  EXPECT_FLOAT_EQ(glass.radii[12], 0.9f);
+  EXPECT_EQ(glass.placement.x_axis.x, 2);
+  // What is seen of them is alike from both sides.
+  EXPECT_TRUE(scene.splats[2].material.back.empty());
+  EXPECT_EQ(scene.splats[2].material.reflectance.kind, TextureKind::own);
+  expect_same_again(scene, files);
+}
+
+TEST(SceneRoundTrip, SplatsThatCannotBeAreRefused) {
+  const auto error = [](const std::string& properties) {
+    Files files = {{"/scenes/cloud.ply", cloud_ply()}, {"/scenes/bad.ply", "ply\nformat ascii 1.0\nend_header\n"}};
+    files["/scenes/scene.xml"] = whole("<shape type=\"splats\">" + properties + "</shape>");
+    try {
+      read_file(files);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  const std::string file = "<string name=\"filename\" value=\"cloud.ply\"/>";
+  EXPECT_NE(error("").find("'filename' is missing"), std::string::npos);
+  EXPECT_NE(error("<string name=\"filename\" value=\"none.ply\"/>").find("none.ply"), std::string::npos);
+  EXPECT_NE(error("<string name=\"filename\" value=\"bad.ply\"/>").find("bad.ply"), std::string::npos);
+  EXPECT_NE(error(file + "<string name=\"normals\" value=\"up\"/>").find("auto, file, estimate"), std::string::npos);
+  EXPECT_NE(error(file + "<bsdf type=\"dielectric\"/>").find("the cloud is open"), std::string::npos);
+  EXPECT_NE(error(file + "<float name=\"radius\" value=\"-1\"/>").find("scene.xml"), std::string::npos);
+  EXPECT_NE(error(file + "<emitter type=\"area\"/>").find("cannot shine"), std::string::npos);
+  EXPECT_NE(error(file + "<float name=\"size\" value=\"1\"/>").find("size"), std::string::npos);
 }
 
 TEST(SceneRoundTrip, OfWhatNoMitsubaFileSays) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "backend/cpu/cpu_scene.h"
+#include "backend/cpu/splat_trial.h"
 #include "base/instruction_set.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/sided_ray.h"
@@ -55,6 +56,8 @@ struct KernelTable {
                     SceneHit* hits);
   /// One surface alone, many rays at once: what it costs, without a scene round it.
   void (*trace_surface)(const ImplicitSurfaceView&, const SidedRay* rays, int count, SurfaceHit* hits, bool* found);
+  /// One cloud of splats alone, by any search.
+  void (*trace_splats)(const SplatTrial&, SplatSearchChoice, const Ray* rays, int count, SurfaceHit* hits, bool* found);
   /// Flights alone, drawn as in a render: how far each goes, infinite where it does not collide. Through particles, and
   /// through a grid.
   void (*fly)(const ParticleDensityView&, const FlightQuery* queries, int count, float* distances);

@@ -5,6 +5,7 @@
 #include "backend/cpu/kernel_table.h"
 #include "backend/cpu/path_batch.h"
 #include "backend/cpu/scene_intersector.h"
+#include "backend/cpu/splat_kernels.h"
 
 namespace embrun {
 
@@ -118,6 +119,7 @@ const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE),
                                   media_at,
                                   intersect,
                                   trace_surface,
+                                  trace_splats,
                                   fly,
                                   fly_grid,
                                   meet_block};

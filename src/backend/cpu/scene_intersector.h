@@ -108,6 +108,11 @@ struct CpuIntersector {
         case GeometryKind::balls: count = in_balls(scene.ball_sets[instance.geometry], own) ? 1 : 0; break;
         case GeometryKind::box: count = scene.flat.boxes[instance.geometry].contains(own) ? 1 : 0; break;
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
+        case GeometryKind::splats: {
+          const SplatGeometry& splats = scene.flat.splats[instance.geometry];
+          count = splats_contain(splats.set, splats.tree, own) ? 1 : 0;
+          break;
+        }
         case GeometryKind::patch:
         case GeometryKind::cylinder: break;
       }
@@ -149,7 +154,7 @@ struct CpuIntersector {
     int nearest = -1;
     if (scene.top != nullptr) nearest = intersect_in_embree(rest, media, hit);
     for (int i = 0; i < scene.flat.instance_count; ++i) {
-      if (!intersect_shape(scene.flat.instances[i], rest, hit)) continue;
+      if (!intersect_shape(scene.flat.instances[i], rest, media, hit)) continue;
       nearest = i;
       rest.t_max = hit.t;
     }
@@ -165,11 +170,12 @@ struct CpuIntersector {
     rest.t_max = hit.t;
   }
 
-  EMBRUN_FN bool intersect_shape(const Instance& instance, Ray& ray, SurfaceHit& hit) const {
+  EMBRUN_FN bool intersect_shape(const Instance& instance, Ray& ray, const MediaState& media, SurfaceHit& hit) const {
     switch (instance.kind) {
       case GeometryKind::box: return intersect_box(scene.flat.boxes[instance.geometry], ray, hit);
       case GeometryKind::patch: return intersect_patch(scene.flat.patches[instance.geometry], ray, hit);
       case GeometryKind::cylinder: return intersect_cylinder(scene.flat.cylinders[instance.geometry], ray, hit);
+      case GeometryKind::splats: return intersect_placed_splats(instance, ray, media, hit);
       case GeometryKind::fluid:
       case GeometryKind::balls:
       case GeometryKind::mesh: break;
@@ -193,6 +199,27 @@ struct CpuIntersector {
     if (!intersect_fluid(fluid, own, side, met)) return false;
     hit = met;
     hit.t *= 1.0f / scale;
+    hit.position = instance.to_world.point(hit.position);
+    hit.geometric_normal = normalize(instance.to_object.transposed(hit.geometric_normal));
+    hit.shading_normal = normalize(instance.to_object.transposed(hit.shading_normal));
+    return true;
+  }
+
+  bool intersect_placed_splats(const Instance& instance, const Ray& ray, const MediaState& media,
+                               SurfaceHit& hit) const {
+    const SplatGeometry& splats = scene.flat.splats[instance.geometry];
+    const bool inside = instance.solid >= 0 && media.inside_solid(instance.solid);
+    SplatStart start = splat_start_of(ray, instance.splats);
+    if (instance.identity) return intersect_splats(splats.set, splats.tree, ray, inside, start, hit);
+    float scale;
+    const Ray own = transform_ray(instance.to_object, ray, scale);
+    if (start.radius > 0.0f) {
+      start.normal = normalize(instance.to_world.transposed(start.normal));
+      start.radius *= scale;
+    }
+    if (!intersect_splats(splats.set, splats.tree, own, inside, start, hit)) return false;
+    hit.t *= 1.0f / scale;
+    hit.splat_radius *= 1.0f / scale;
     hit.position = instance.to_world.point(hit.position);
     hit.geometric_normal = normalize(instance.to_object.transposed(hit.geometric_normal));
     hit.shading_normal = normalize(instance.to_object.transposed(hit.shading_normal));
@@ -255,6 +282,7 @@ struct CpuIntersector {
     hit.material = instance.material;
     hit.media_class = instance.media_class;
     hit.fluid = instance.fluid;
+    hit.splats = instance.splats;
     hit.solid = instance.solid;
     hit.light = instance.light;
     SurfaceCoordinates coordinates;
@@ -265,7 +293,9 @@ struct CpuIntersector {
     const Vec3 p = hit.surface.position;
     const float reach = max_of(fabsf(p.x), max_of(fabsf(p.y), fabsf(p.z)));
     hit.offset = instance.offset + 1e-6f * reach;
-    if (instance.kind == GeometryKind::fluid || instance.kind == GeometryKind::balls) keep_off_others(hit);
+    if (instance.kind == GeometryKind::fluid || instance.kind == GeometryKind::balls ||
+        (instance.kind == GeometryKind::splats && instance.media_class != 0))
+      keep_off_others(hit);
   }
 
   /// Shortens the offset so far that the step off the surface goes through no face of a mesh or a box near by, which do

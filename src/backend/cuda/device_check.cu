@@ -1,9 +1,10 @@
 // Compiled by nvcc in CI and never run: shows that the per-ray code is fit for the device. The kernel
-// traces a whole path through the integrator's stages, past a fluid, balls and a box, so that every
+// traces a whole path through the integrator's stages, past a fluid, balls, splats and a box, so that every
 // template and inline function on the way is really compiled.
 #include "geometry/ball_set.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
+#include "geometry/splat_tree.h"
 #include "geometry/surface_coordinates.h"
 #include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
@@ -29,6 +30,8 @@ struct DeviceIntersector {
   FluidBody fluid;
   Box3 container;
   BallSet balls;
+  SplatSet splats;
+  SplatTreeView tree;
 
   EMBRUN_DEVICE_CALL bool intersect(const Ray& ray, const MediaState& media, SceneHit& hit) const {
     const Side side = media.inside_fluid(0) ? Side::inside : Side::outside;
@@ -45,6 +48,14 @@ struct DeviceIntersector {
       const SurfaceCoordinates coordinates = ball_coordinates(hit.surface.geometric_normal);
       hit.uv = coordinates.uv;
       hit.tangent = coordinates.tangent;
+      found = true;
+    }
+    if (found) nearer.t_max = hit.surface.t;
+    if (intersect_splats(splats, tree, nearer, media.inside_solid(2), splat_start_of(nearer, 0), hit.surface)) {
+      hit.fluid = -1;
+      hit.splats = 0;
+      hit.solid = 2;
+      hit.media_class = 3;
       found = true;
     }
     return found;

@@ -322,7 +322,8 @@ void read_shape(SceneReading& reading, const XmlElement& element, const Placemen
                             {"instance", read_instance},
                             {"patch", read_patch},
                             {"box", read_box},
-                            {"particles", read_particles_shape}};
+                            {"particles", read_particles_shape},
+                            {"splats", read_splats_shape}};
   if (shape.type() == "shapegroup") return;  // stands nowhere by itself
   for (const Kind& kind : kinds) {
     if (shape.type() != kind.type) continue;
@@ -331,7 +332,7 @@ void read_shape(SceneReading& reading, const XmlElement& element, const Placemen
   }
   shape.fail(
       "this shape is not supported: there are ply, obj, sphere, rectangle, cube, disk, cylinder, shapegroup, instance, "
-      "and Embrun's particles, patch, box, mesh");
+      "and Embrun's particles, splats, patch, box, mesh");
 }
 
 void read_instance(SceneReading& reading, SceneObject& shape, const Placement& outer) {

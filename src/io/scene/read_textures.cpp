@@ -82,8 +82,14 @@ TextureDescription read_texture(SceneReading& reading, SceneObject& bsdf, std::s
     read_to_uv(texture, result);
   } else if (texture.type() == "world_checkerboard") {
     result = read_world_checker(texture);
+  } else if (texture.type() == "mesh_attribute") {
+    const std::string attribute = texture.text("name").value_or("vertex_color");
+    if (attribute != "vertex_color") texture.fail("of attributes there is 'vertex_color' alone, of point clouds");
+    result.kind = TextureKind::own;
   } else {
-    texture.fail("this texture is not supported: there are bitmap, checkerboard, and Embrun's world_checkerboard");
+    texture.fail(
+        "this texture is not supported: there are bitmap, checkerboard, mesh_attribute, and Embrun's "
+        "world_checkerboard");
   }
   texture.finish();
   return result;

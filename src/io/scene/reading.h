@@ -78,6 +78,8 @@ void fill_inside(SceneReading& reading, SceneObject& shape, const XmlElement* me
 void read_shape(SceneReading& reading, const XmlElement& element, const Placement& outer);
 /// <shape type="particles">
 void read_particles_shape(SceneReading& reading, SceneObject& shape, const Placement& outer);
+/// <shape type="splats">
+void read_splats_shape(SceneReading& reading, SceneObject& shape, const Placement& outer);
 /// <shape type="instance">: the shapes of a group in another place.
 void read_instance(SceneReading& reading, SceneObject& shape, const Placement& outer);
 

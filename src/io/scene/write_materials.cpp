@@ -27,6 +27,11 @@ void write_texture(Xml& xml, const Pictures& pictures, const char* name, const T
       xml.whole("axis_u", texture.axis_u);
       xml.whole("axis_v", texture.axis_v);
       break;
+    case TextureKind::own:
+      start("mesh_attribute");
+      xml.text("name", "vertex_color");
+      xml.close();
+      return;
     case TextureKind::uv_checker:
       start("checkerboard");
       colors();

@@ -1,0 +1,61 @@
+#include "scene/compile_splats.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "geometry/splat_bends.h"
+
+namespace embrun {
+namespace {
+
+Splat compile_splat(const SplatsDescription& description, std::size_t i, Vec3d center) {
+  Splat splat{to_float(description.centers[i] - center), description.radii[i], normalize(description.normals[i]), {}};
+  if (description.lesser_axes.empty()) return splat;
+  const Vec3 lesser = description.lesser_axes[i];
+  const float b = length(lesser), a = splat.radius;
+  // As good as a disc: and no root of what rounding makes negative.
+  if (b > 0.9999f * a) return splat;
+  splat.squeeze = lesser * (std::sqrt(1 / (b * b) - 1 / (a * a)) / b);
+  return splat;
+}
+
+}  // namespace
+
+SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d center) {
+  std::vector<Splat> splats(description.centers.size());
+  parallel_for(splats.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) splats[i] = compile_splat(description, i, center);
+  });
+  SplatArrays arrays;
+  arrays.tree = build_splat_tree(splats);
+  const auto in_order = [&](const auto& values, auto& ordered) {
+    ordered.resize(arrays.tree.order.size());
+    for (std::size_t i = 0; i < ordered.size(); ++i)
+      if (arrays.tree.order[i] != no_splat) ordered[i] = values[arrays.tree.order[i]];
+  };
+  if (!description.colors.empty()) in_order(description.colors, arrays.colors);
+  if (description.bent_normals) in_order(bend_normals(splats), arrays.bends);
+  return arrays;
+}
+
+SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed) {
+  SplatGeometry geometry;
+  geometry.tree = arrays.tree.view();
+  geometry.set.blocks = arrays.tree.blocks.data();
+  geometry.set.block_count = static_cast<std::uint32_t>(arrays.tree.blocks.size());
+  geometry.set.colors = arrays.colors.empty() ? nullptr : arrays.colors.data();
+  geometry.set.bends = arrays.bends.empty() ? nullptr : arrays.bends.data();
+  geometry.set.closed = closed;
+  geometry.set.bounds = arrays.tree.bounds;
+  return geometry;
+}
+
+float median_radius(const SplatsDescription& description) {
+  std::vector<float> radii = description.radii;
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return *middle;
+}
+
+}  // namespace embrun

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "particles/splat_cloud.h"
+#include "scene/scene_description.h"
+
+namespace embrun {
+
+/// What a cloud's surface looks like if nothing is said of it: diffuse, in its own colours where it has any, else grey, and
+/// alike from both sides.
+MaterialDescription default_splat_material(bool has_colors);
+
+/// The splats of a cloud as a shape of a scene, of that default material.
+SplatsDescription splats_of_cloud(const SplatCloud& cloud);
+
+}  // namespace embrun

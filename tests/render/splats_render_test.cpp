@@ -1,0 +1,196 @@
+// Clouds of splats as shapes of a scene: paths, materials, media and colours.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "geometry/splat_clouds.h"
+#include "render/transport.h"
+
+namespace embrun {
+namespace {
+
+using namespace testing_support;
+
+/// The unit sphere of 2,562 splats, larger or moved.
+SplatsDescription splat_ball(const MaterialDescription& material, bool closed = true, double scale = 1,
+                             Vec3d center = {}) {
+  SplatsDescription splats;
+  for (const Vec3& p : icosphere(4)) {
+    splats.centers.push_back(scale * to_double(p) + center);
+    splats.normals.push_back(p);
+    splats.radii.push_back(static_cast<float>(0.055 * scale));
+  }
+  splats.closed = closed;
+  splats.material = material;
+  return splats;
+}
+
+Film picture_of(const SceneDescription& scene) {
+  const FlatScene flat = compile(scene);
+  const CpuBackend backend(flat);
+  Film film = make_film(scene.film);
+  render_samples(backend, film, 0, static_cast<std::uint32_t>(scene.integrator.samples));
+  return film;
+}
+
+/// Root mean square over blocks of 8 x 8 pixels of the difference of two pictures' first channels.
+double block_difference(const Film& a, const Film& b) {
+  const int width = a.window.width, height = a.window.height;
+  double squares = 0;
+  for (int y = 0; y < height; y += 8)
+    for (int x = 0; x < width; x += 8) {
+      double sum = 0;
+      for (int j = 0; j < 8; ++j)
+        for (int i = 0; i < 8; ++i) {
+          const auto k = static_cast<std::size_t>((y + j) * width + x + i);
+          sum += a.pixels[k].radiance[0] / a.pixels[k].samples - b.pixels[k].radiance[0] / b.pixels[k].samples;
+        }
+      squares += sum / 64 * (sum / 64);
+    }
+  return std::sqrt(squares * 64 / (width * height));
+}
+
+TEST(SplatsRender, AConvexDiffuseBodyIsAsBrightAsItsReflectance) {
+  // In light of radiance 1 from everywhere every path that meets a convex body leaves it for good: a pixel on it is its
+  // reflectance, and what splats shade of each other is missing from it.
+  for (const bool closed : {true, false}) {
+    SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 14, 24, 64);
+    scene.splats.push_back(splat_ball(diffuse_material({0.8f, 0.8f, 0.8f}), closed));
+    // Directions drawn from the surface alone find the same light in every sample.
+    const Measured m = render_and_measure(scene, LightStrategy::bsdf_only);
+    EXPECT_NEAR(m.mean, 0.8, 0.8 * 2e-3) << (closed ? "closed" : "open");
+    EXPECT_NEAR(render_and_measure(scene).mean, 0.8, 0.8 * 5e-3) << (closed ? "closed" : "open");
+    EXPECT_EQ(m.bad, 0u);
+    // To the silhouette.
+    scene = scene_seen({0, 0, 6}, {0, 0, 0}, 2 * std::asin(0.98 / 6) * 180 / M_PI / std::sqrt(2.0), 32, 64);
+    scene.splats.push_back(splat_ball(diffuse_material({0.8f, 0.8f, 0.8f}), closed));
+    const Measured whole = render_and_measure(scene, LightStrategy::bsdf_only);
+    EXPECT_NEAR(whole.mean, 0.8, 0.8 * 5e-3) << (closed ? "closed" : "open");
+    EXPECT_GT(whole.least, 0.8 * 0.93) << (closed ? "closed" : "open");
+  }
+}
+
+TEST(SplatsRender, AHollowDiffuseBodySeenFromWithinIsLikeAFurnace) {
+  // Inside a sphere whose wall emits nothing and reflects 0.5, with a lamp of radius 0.2 and radiance 1 in the middle, the
+  // wall's radiosity is uniform: E = pi L (0.2)^2 + 0.5 E, less what comes back to the black lamp. With the lamp's share of
+  // what leaves the wall, F = 0.04: B = 0.5 (pi 0.04 + B (1 - 0.04)), so L = B / pi = 0.5 * 0.04 / (1 - 0.5 * 0.96).
+  SplatsDescription room = splat_ball(diffuse_material({0.5f, 0.5f, 0.5f}), false);
+  for (Vec3& n : room.normals) n = -n;
+  SceneDescription scene = scene_seen({0, 0, 0.5}, {0, 0, 1}, 50, 16, 256);
+  scene.environment.kind = EnvironmentDescription::Kind::none;
+  LightDescription lamp;
+  lamp.kind = LightDescription::Kind::sphere;
+  lamp.radius = 0.2;
+  scene.lights.push_back(lamp);
+  scene.splats.push_back(room);
+  const Measured m = render_and_measure(scene);
+  const double expected = 0.5 * 0.04 / (1 - 0.5 * 0.96);
+  EXPECT_NEAR(m.mean, expected, 4 * m.standard_error + 5e-3 * expected);
+}
+
+TEST(SplatsRender, AGlassBallIsThatOfTheSphere) {
+  // Glass in light of radiance 1 from everywhere is invisible, whatever its shape: every path gets out again, with the
+  // factors of the index cancelled.
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 16, 32, 64);
+  scene.splats.push_back(splat_ball(dielectric_material(1.5)));
+  const Measured m = render_and_measure(scene);
+  EXPECT_NEAR(m.mean, 1, 2e-3);
+  EXPECT_LE(m.counters.contradictions, m.counters.paths / 200);
+  EXPECT_EQ(m.counters.stuck, 0u);
+
+  // Over a checkerboard it shows the same picture as the ball: the mean over blocks of 8 x 8 pixels.
+  SceneDescription on_floor = scene_seen({0, 2, 6}, {0, 0, 0}, 24, 64, 256);
+  MaterialDescription checker = diffuse_material({0.8f, 0.8f, 0.8f});
+  checker.reflectance.kind = TextureKind::checker;
+  checker.reflectance.second = {0.1f, 0.1f, 0.1f};
+  on_floor.patches.push_back(patch({0, -1.2, 0}, {1, 0, 0}, {0, 0, -1}, 6, checker));
+  SceneDescription with_ball = on_floor;
+  with_ball.balls.push_back(balls({{{0, 0, 0}, 1}}, dielectric_material(1.5)));
+  const Film ball = picture_of(with_ball);
+  double difference[2];
+  for (const bool bent : {false, true}) {
+    on_floor.splats = {splat_ball(dielectric_material(1.5))};
+    on_floor.splats[0].bent_normals = bent;
+    difference[bent ? 1 : 0] = block_difference(picture_of(on_floor), ball);
+  }
+  std::printf("glass ball: root mean square of the blocks' differences %.4f, with bent normals %.4f\n", difference[0],
+              difference[1]);
+  // Normals that are wrong by a degree bend light by as much; fields of normals follow the sphere.
+  EXPECT_LT(difference[0], 0.02);
+  EXPECT_LT(difference[1], 0.01);
+}
+
+TEST(SplatsRender, AMirrorBallReflectsAllOfTheLight) {
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 16, 32, 32);
+  scene.splats.push_back(splat_ball(conductor_material()));
+  EXPECT_NEAR(render_and_measure(scene).mean, 1, 1e-3);
+}
+
+TEST(SplatsRender, StandInWaterAsBallsDo) {
+  // A grey ball half in a box of water, of splats and as it is.
+  SceneDescription scene = scene_seen({0, 1.5, 6}, {0, 0, 0}, 28, 32, 256);
+  scene.boxes.push_back(box({-2, -2, -2}, {2, 0, 2}, dielectric_material(1.33)));
+  SceneDescription with_ball = scene;
+  scene.splats.push_back(splat_ball(diffuse_material({0.5f, 0.5f, 0.5f})));
+  with_ball.balls.push_back(balls({{{0, 0, 0}, 1}}, diffuse_material({0.5f, 0.5f, 0.5f})));
+  const Measured a = render_and_measure(scene), b = render_and_measure(with_ball);
+  EXPECT_NEAR(a.mean, b.mean, 4 * std::hypot(a.standard_error, b.standard_error));
+  EXPECT_EQ(a.bad, 0u);
+}
+
+TEST(SplatsRender, ColoursReachTheMaterial) {
+  SplatsDescription splats = splat_ball(diffuse_material({0, 0, 0}));
+  splats.material.reflectance.kind = TextureKind::own;
+  for (const Vec3d& c : splats.centers)
+    splats.colors.push_back(c.x > 0 ? Rgb{0.9f, 0.1f, 0.2f} : Rgb{0.1f, 0.3f, 0.7f});
+  SceneDescription scene = scene_seen({0, 0, 6}, {0.5, 0, 0}, 1, 8, 32);
+  scene.splats.push_back(splats);
+  EXPECT_NEAR(render_and_measure(scene, LightStrategy::bsdf_only, 0).mean, 0.9, 0.003);
+  EXPECT_NEAR(render_and_measure(scene, LightStrategy::bsdf_only, 2).mean, 0.2, 0.001);
+  scene.camera.target = {-0.5, 0, 0};
+  EXPECT_NEAR(render_and_measure(scene, LightStrategy::bsdf_only, 2).mean, 0.7, 0.003);
+  // They are asked for only where they are.
+  scene.splats[0].colors.clear();
+  EXPECT_THROW(compile(scene), std::exception);
+}
+
+TEST(SplatsRender, ArePlaced) {
+  // An ellipsoid twice as long in x as high, by its placement: its silhouette's area is that of the ellipse.
+  SceneDescription scene = scene_seen({0, 0, 200}, {0, 0, 0}, 2 * std::atan(3.0 / 200) * 180 / M_PI, 128, 16);
+  scene.splats.push_back(splat_ball(diffuse_material({0, 0, 0}), true, 0.5, {7, 0, 0}));
+  scene.splats[0].placement = {{4, 0, 0}, {0, 2, 0}, {0, 0, 2}, {-28, 0, 0}};
+  const Measured m = render_and_measure(scene);
+  // Black before radiance 1.
+  EXPECT_NEAR((1 - m.mean) * 36, M_PI * 2 * 1, 0.01 * M_PI * 2);
+}
+
+TEST(SplatsRender, FarFromTheOriginTheyAreTheSame) {
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 22, 24, 16);
+  scene.splats.push_back(splat_ball(diffuse_material({0.6f, 0.6f, 0.6f})));
+  const Measured here = render_and_measure(scene);
+  const Vec3d far{1e6, -2e6, 5e5};
+  for (Vec3d& c : scene.splats[0].centers) c = c + far;
+  scene.camera.eye = scene.camera.eye + far;
+  scene.camera.target = scene.camera.target + far;
+  EXPECT_NEAR(render_and_measure(scene).mean, here.mean, 1e-3);
+}
+
+TEST(SplatsRender, WhatCannotBeIsRefused) {
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 22, 8, 1);
+  scene.splats.push_back(splat_ball(dielectric_material(1.5), false));
+  EXPECT_THROW(compile(scene), std::exception);
+  scene.splats[0] = splat_ball(diffuse_material({0.5f, 0.5f, 0.5f}));
+  scene.splats[0].radii.pop_back();
+  EXPECT_THROW(compile(scene), std::exception);
+  scene.splats[0] = splat_ball(diffuse_material({0.5f, 0.5f, 0.5f}));
+  scene.splats[0].normals[3] = {0, 0, 0};
+  EXPECT_THROW(compile(scene), std::exception);
+  scene.splats[0] = SplatsDescription{};
+  EXPECT_THROW(compile(scene), std::exception);
+}
+
+}  // namespace
+}  // namespace embrun
