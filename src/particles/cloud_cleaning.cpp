@@ -37,7 +37,46 @@ std::vector<Keyed<Key>> sorted_by_key(std::span<const Vec3d> points, const KeyOf
   return sorted;
 }
 
+/// Two zeros after each of the lower 21 bits.
+std::uint64_t spread_bits(std::uint64_t bits) {
+  bits = (bits | bits << 32) & 0x1f00000000ffff;
+  bits = (bits | bits << 16) & 0x1f0000ff0000ff;
+  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
+  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
+  return (bits | bits << 2) & 0x1249249249249249;
+}
+
+struct Bounds {
+  Vec3d low, high;
+};
+Bounds bounds_of(std::span<const Vec3d> points) {
+  Bounds bounds{points[0], points[0]};
+  for (const Vec3d p : points) {
+    bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
+    bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+  }
+  return bounds;
+}
+
 }  // namespace
+
+std::vector<std::uint32_t> order_along_curve(std::span<const Vec3d> points) {
+  if (points.empty()) return {};
+  const auto [low, high] = bounds_of(points);
+  constexpr double cells = 1 << 21;  // along an axis: three numbers of 21 bits make a key
+  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const double scale = extent > 0 ? cells / extent : 0;
+  const Vec3d origin = low;
+  const auto sorted = sorted_by_key<std::uint64_t>(points, [=](Vec3d p) {
+    const Vec3d at = (p - origin) * scale;
+    const auto cell = [&](double x) { return static_cast<std::uint64_t>(std::clamp(x, 0.0, cells - 1)); };
+    return spread_bits(cell(at.x)) | spread_bits(cell(at.y)) << 1 | spread_bits(cell(at.z)) << 2;
+  });
+  std::vector<std::uint32_t> order;
+  order.reserve(points.size());
+  for (const auto& one : sorted) order.push_back(one.index);
+  return order;
+}
 
 PointSelection without_duplicates(std::span<const Vec3d> points) {
   using Key = std::array<double, 3>;
@@ -53,7 +92,7 @@ PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> po
   constexpr std::size_t most = 256;
   EMBRUN_CHECK(k >= 1 && k <= most && ratio > 0);
   std::vector<double> mean(points.size(), 0);
-  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
+  for_each_neighbourhood(tree, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
     double sum = 0;
     for (const auto& neighbour : neighbours) sum += std::sqrt(neighbour.distance_squared);
     if (!neighbours.empty()) mean[i] = sum / static_cast<double>(neighbours.size());
@@ -71,7 +110,7 @@ PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> po
     std::vector<double> theirs;
     for (std::size_t s = begin; s < end; ++s) {
       const std::uint32_t i = suspects[s];
-      const std::size_t count = tree.nearest(points[i], found, i);
+      const std::size_t count = tree.nearest_others(i, found);
       if (count == 0) continue;
       theirs.clear();
       for (std::size_t n = 0; n < count; ++n) theirs.push_back(mean[found[n].index]);
@@ -86,8 +125,7 @@ PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> po
 PointSelection thinned_by_voxels(std::span<const Vec3d> points, double edge) {
   EMBRUN_CHECK(edge > 0);
   if (points.empty()) return {};
-  Vec3d low = points[0];
-  for (const Vec3d p : points) low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+  const Vec3d low = bounds_of(points).low;
   // Numbers of cubes, whole but as doubles: any extent over any edge has one.
   using Key = std::array<double, 3>;
   const auto sorted = sorted_by_key<Key>(points, [&](Vec3d p) {

@@ -16,6 +16,10 @@ struct PointSelection {
   std::size_t removed = 0;
 };
 
+/// The points' indices along a space-filling curve [Morton1966], those in one place in their own order: what is near in space
+/// is then mostly near in memory.
+std::vector<std::uint32_t> order_along_curve(std::span<const Vec3d> points);
+
 /// Leaves out all but the first of the points that have exactly the same position.
 PointSelection without_duplicates(std::span<const Vec3d> points);
 

@@ -22,6 +22,8 @@ struct Disc {
   double radius = 0;
 };
 
+enum class Side : std::uint8_t { nothing, front, back };
+
 /// A picture of the nearest splats, one direction's view.
 class View {
  public:
@@ -61,22 +63,21 @@ class View {
     return static_cast<std::size_t>(std::count_if(pixels_.begin(), pixels_.end(), is_filled));
   }
 
-  /// Pixels in squares of 3 by 3 that show nothing but backs.
-  std::size_t open() const {
-    std::vector<std::uint8_t> in_hole(pixels_.size());
+  /// Pixels in squares of 3 by 3 that show nothing but this side.
+  std::size_t squares_of(Side side) const {
+    std::vector<std::uint8_t> in_square(pixels_.size());
     for (int j = 1 - half_; j < half_; ++j) {
       for (int i = 1 - half_; i < half_; ++i) {
-        if (!is_hole(i, j)) continue;
+        if (!is_square_of(side, i, j)) continue;
         for (int v = j - 1; v <= j + 1; ++v) {
-          for (int u = i - 1; u <= i + 1; ++u) in_hole[index(u, v)] = 1;
+          for (int u = i - 1; u <= i + 1; ++u) in_square[index(u, v)] = 1;
         }
       }
     }
-    return static_cast<std::size_t>(std::count(in_hole.begin(), in_hole.end(), std::uint8_t{1}));
+    return static_cast<std::size_t>(std::count(in_square.begin(), in_square.end(), std::uint8_t{1}));
   }
 
  private:
-  enum class Side : std::uint8_t { nothing, front, back };
   struct Pixel {
     float depth = std::numeric_limits<float>::infinity();
     Side side = Side::nothing;
@@ -94,10 +95,10 @@ class View {
     return static_cast<std::size_t>(j + half_) * width_ + static_cast<std::size_t>(i + half_);
   }
   Pixel& at(int i, int j) { return pixels_[index(i, j)]; }
-  bool is_hole(int i, int j) const {
+  bool is_square_of(Side side, int i, int j) const {
     for (int v = j - 1; v <= j + 1; ++v) {
       for (int u = i - 1; u <= i + 1; ++u) {
-        if (pixels_[index(u, v)].side != Side::back) return false;
+        if (pixels_[index(u, v)].side != side) return false;
       }
     }
     return true;
@@ -156,22 +157,25 @@ CloudClosedness look_for_holes(std::span<const Vec3d> points, std::span<const Ve
   for (const Disc& disc : discs) extent = std::max(extent, length(disc.centre - middle) + disc.radius);
   if (!(extent > 0)) return found;
   const double pitch = std::max(2 * median_radius(discs), 2 * extent / most_pixels);
-  std::array<std::size_t, directions> filled{}, open{};
+  std::array<std::size_t, directions> filled{}, fronts{}, open{};
   parallel_for(directions, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t d = begin; d < end; ++d) {
       View view(spread_direction(d), middle, extent, pitch);
       for (const Disc& disc : discs) view.draw(disc);
       filled[d] = view.filled();
-      open[d] = view.open();
+      fronts[d] = view.squares_of(Side::front);
+      open[d] = view.squares_of(Side::back);
     }
   });
-  double seen = 0, seen_open = 0;
+  double seen = 0, seen_fronts = 0, seen_open = 0;
   for (std::size_t d = 0; d < directions; ++d) {
     seen += static_cast<double>(filled[d]);
+    seen_fronts += static_cast<double>(fronts[d]);
     seen_open += static_cast<double>(open[d]);
   }
   if (seen > 0) found.open_share = seen_open / seen;
-  found.closed = seen > 0 && found.open_share <= CloudClosedness::most_open;
+  // A handful of splats, of which no square is seen, is nothing.
+  found.closed = seen_fronts > 0 && found.open_share <= CloudClosedness::most_open;
   return found;
 }
 

@@ -45,7 +45,7 @@ Vec3 normal_off_lines(const PointTree& tree, std::span<const Vec3d> points, std:
   do {
     k = std::min(2 * k, most);
     found.resize(k);
-    const std::size_t count = tree.nearest(points[i], found, i);
+    const std::size_t count = tree.nearest_others(i, found);
     axes = axes_of(points, i, std::span(found).first(count), k);
   } while (!is_wide(axes) && k < std::min(most, points.size()));
   return to_unit(axes.direction[0]);
@@ -61,12 +61,11 @@ struct LocalShape {
   double variation = 0, width = 0, spacing = 0, noise_squared = 0, curvature = 0;
 };
 
-constexpr std::size_t near_scale = 16, middle_scale = 32, far_scale = 64;
-
-LocalShape measure_point(std::span<const Vec3d> points, std::size_t i,
-                         std::span<const PointTree::Neighbour> neighbours) {
+/// `scale` neighbours tell the shape, half and twice as many the noise.
+LocalShape measure_point(std::span<const Vec3d> points, std::size_t i, std::span<const PointTree::Neighbour> neighbours,
+                         std::size_t scale) {
   LocalShape shape;
-  const auto variance = axes_of(points, i, neighbours, middle_scale).variance;
+  const auto variance = axes_of(points, i, neighbours, scale).variance;
   const double total = variance[0] + variance[1] + variance[2];
   if (!(total > 0)) return shape;
   shape.variation = variance[0] / total;
@@ -79,6 +78,7 @@ LocalShape measure_point(std::span<const Vec3d> points, std::size_t i,
     const double n = static_cast<double>(std::min(k, neighbours.size()) + 1);
     return axes_of(points, i, neighbours, k).variance[0] * n / (n - 3);
   };
+  const std::size_t near_scale = scale / 2, far_scale = 2 * scale;
   const double near = off_plane(near_scale), far = off_plane(far_scale);
   const double near_square = area_radius(near_scale), far_square = area_radius(far_scale);
   const double growth = far_square * far_square - near_square * near_square;
@@ -170,19 +170,18 @@ struct Piece {
   Vec3d centre;
 };
 
-}  // namespace
-
-CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
+/// All but the number of neighbours for normals.
+CloudShape measure_at_scale(const PointTree& tree, std::span<const Vec3d> points, std::size_t scale) {
   CloudShape shape;
-  if (points.size() < CloudShape::least_points) return shape;
+  shape.scale = scale;
   const std::size_t samples = std::min(points.size(), most_samples);
   std::vector<LocalShape> found(samples);
   parallel_for(samples, sample_grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<PointTree::Neighbour> neighbours(std::min(far_scale, points.size() - 1));
+    std::vector<PointTree::Neighbour> neighbours(std::min(2 * scale, points.size() - 1));
     for (std::size_t s = begin; s < end; ++s) {
       const std::uint32_t i = sampled_point(tree, s, samples);
-      tree.nearest(points[i], neighbours, i);
-      found[s] = measure_point(points, i, neighbours);
+      tree.nearest_others(i, neighbours);
+      found[s] = measure_point(points, i, neighbours, scale);
     }
   });
   const auto middle = [&](double LocalShape::*member) {
@@ -202,8 +201,23 @@ CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
       static_cast<double>(std::count_if(found.begin(), found.end(), is_flat)) / static_cast<double>(samples);
   shape.is_surface =
       shape.spacing > 0 && shape.variation < CloudShape::most_variation && shape.width > CloudShape::least_width;
+  return shape;
+}
+
+}  // namespace
+
+CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
+  if (points.size() < CloudShape::least_points) return {};
+  CloudShape shape = measure_at_scale(tree, points, CloudShape::least_scale);
+  // Noise as great as the spacing hides a surface from few neighbours; a few layers of a fluid hide in many.
+  for (std::size_t scale = 2 * CloudShape::least_scale; !shape.is_surface && scale <= CloudShape::greatest_scale;
+       scale *= 2) {
+    if (points.size() < 4 * scale) break;
+    const CloudShape wider = measure_at_scale(tree, points, scale);
+    if (wider.is_surface) shape = wider;
+  }
   if (!shape.is_surface) return shape;
-  constexpr double wanted_error = 1 * pi_d / 180, most_bend = 0.6, fewest = 16, most = 128;
+  constexpr double wanted_error = 1 * pi_d / 180, most_bend = 0.6, fewest = 16, most = 256;
   double k = 4.44 * shape.noise / (wanted_error * shape.spacing);
   if (shape.curvature > 0) k = std::min(k, pi_d * std::pow(most_bend / (shape.curvature * shape.spacing), 2));
   shape.neighbours = static_cast<std::size_t>(std::clamp(std::ceil(k), fewest, most));
@@ -212,7 +226,7 @@ CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
 
 std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d> points, std::size_t k) {
   std::vector<Vec3> normals(points.size());
-  for_each_neighbourhood(tree, points, k, [&](std::uint32_t i, std::span<const PointTree::Neighbour> neighbours) {
+  for_each_neighbourhood(tree, k, [&](std::uint32_t i, std::span<const PointTree::Neighbour> neighbours) {
     const PrincipalAxes axes = axes_of(points, i, neighbours, k);
     normals[i] = is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
   });
@@ -221,7 +235,7 @@ std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d>
 
 Vec3 estimate_normal(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i, std::size_t k) {
   std::vector<PointTree::Neighbour> found(k);
-  const std::size_t count = tree.nearest(points[i], found, i);
+  const std::size_t count = tree.nearest_others(i, found);
   const PrincipalAxes axes = axes_of(points, i, std::span(found).first(count), k);
   return is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
 }
@@ -249,7 +263,7 @@ std::size_t orient_consistently(const PointTree& tree, std::span<const Vec3d> po
   const std::size_t k = std::min(most_edges, points.size() - 1);
   std::vector<Edge> edges(points.size() * k);
   std::vector<double> areas(points.size(), 1);
-  for_each_neighbourhood(tree, points, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
+  for_each_neighbourhood(tree, k, [&](std::size_t i, std::span<const PointTree::Neighbour> neighbours) {
     for (std::size_t e = 0; e < neighbours.size(); ++e) {
       const std::uint32_t j = neighbours[e].index;
       edges[i * k + e] = {edge_cost(points[j] - points[i], normals[i], normals[j]), static_cast<std::uint32_t>(i), j};

@@ -92,7 +92,7 @@ Spread2 least_ellipse(std::span<const Point2> points) {
   return principal_spread(xx, yy, xy);
 }
 
-constexpr std::size_t few_neighbours = 24, most_neighbours = 96;
+constexpr std::size_t few_neighbours = 24, most_neighbours = 96;  // doubled from one to the other
 
 /// Measures one point after another; holds the arrays that this takes.
 class SplatMeasure {
@@ -104,8 +104,8 @@ class SplatMeasure {
   bool make_cell(std::uint32_t i) {
     const Vec3d n = to_double(normals_[i]);
     tangents_ = tangents_of(n);
-    for (std::size_t k = few_neighbours;; k = most_neighbours) {
-      const std::size_t count = tree_.nearest(points_[i], std::span(found_).first(k), i);
+    for (std::size_t k = few_neighbours;; k *= 2) {
+      const std::size_t count = tree_.nearest_others(i, std::span(found_).first(k));
       if (count == 0) return reach_ = 0, false;
       const double farthest = std::sqrt(found_[count - 1].distance_squared);
       reach_ = 0.5 * farthest;
@@ -186,7 +186,7 @@ void limit_open_cells(const PointTree& tree, std::span<const Vec3d> points, cons
     for (std::size_t place = begin; place < end; ++place) {
       const std::uint32_t i = tree.order()[place];
       if (closed[i]) continue;
-      const std::size_t count = tree.nearest(points[i], found, i);
+      const std::size_t count = tree.nearest_others(i, found);
       float greatest = 0;
       std::size_t seen = 0;
       for (std::size_t k = 0; k < count && seen < wanted; ++k) {

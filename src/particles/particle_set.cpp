@@ -1,5 +1,7 @@
 #include "particles/particle_set.h"
 
+#include <utility>
+
 #include "base/error.h"
 
 namespace embrun {
@@ -17,6 +19,17 @@ void keep_values(std::vector<Value>& values, std::size_t components, const std::
   values.resize(kept);
 }
 
+template <class Value>
+void reorder_values(std::vector<Value>& values, std::size_t components, const std::vector<std::uint32_t>& order) {
+  if (values.empty()) return;
+  std::vector<Value> moved;
+  moved.reserve(values.size());
+  for (const std::uint32_t from : order) {
+    for (std::size_t c = 0; c < components; ++c) moved.push_back(values[from * components + c]);
+  }
+  values = std::move(moved);
+}
+
 }  // namespace
 
 void keep_particles(ParticleSet& set, const std::vector<std::uint8_t>& keep) {
@@ -27,6 +40,17 @@ void keep_particles(ParticleSet& set, const std::vector<std::uint8_t>& keep) {
     keep_values(attribute.floats, components, keep);
     keep_values(attribute.ints, components, keep);
     keep_values(attribute.longs, components, keep);
+  }
+}
+
+void reorder_particles(ParticleSet& set, const std::vector<std::uint32_t>& order) {
+  EMBRUN_CHECK(order.size() == set.size());
+  reorder_values(set.positions, 1, order);
+  for (Attribute& attribute : set.attributes) {
+    const std::size_t components = static_cast<std::size_t>(attribute.components);
+    reorder_values(attribute.floats, components, order);
+    reorder_values(attribute.ints, components, order);
+    reorder_values(attribute.longs, components, order);
   }
 }
 

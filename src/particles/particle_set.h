@@ -75,4 +75,7 @@ struct ParticleSet {
 /// Keeps the particles whose `keep` is not 0, in their order, with all their attributes.
 void keep_particles(ParticleSet& set, const std::vector<std::uint8_t>& keep);
 
+/// Puts the particles, with all their attributes, in that order: particle i is then what order[i] was. Each index once.
+void reorder_particles(ParticleSet& set, const std::vector<std::uint32_t>& order);
+
 }  // namespace embrun

@@ -1,6 +1,7 @@
 #include "particles/point_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/error.h"
@@ -60,7 +61,11 @@ PointTree::PointTree(std::span<const Vec3d> points) : points_(points.size()), in
     });
     bounds = std::move(halves);
   }
-  for (std::size_t i = 0; i < points.size(); ++i) points_[i] = points[indices_[i]];
+  places_.resize(points.size());
+  for (std::size_t place = 0; place < points.size(); ++place) {
+    points_[place] = points[indices_[place]];
+    places_[indices_[place]] = static_cast<std::uint32_t>(place);
+  }
 }
 
 /// The nearest points so far, as a heap whose top is the farthest.
@@ -93,6 +98,40 @@ std::size_t PointTree::nearest(Vec3d p, std::span<Neighbour> found, std::uint32_
   visit(query, 0, 0, 0, points_.size(), 0, {});
   std::sort_heap(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(query.count));
   return query.count;
+}
+
+void PointTree::remember_neighbours(std::size_t k) {
+  k = std::min(k, points_.empty() ? 0 : points_.size() - 1);
+  if (k <= remembered_count_) return;
+  std::vector<std::uint32_t> all(k * points_.size());
+  constexpr std::size_t grain = 512;
+  parallel_for(points_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Neighbour> found(k);
+    // The k nearest others of the point before, or itself in place of this point, are others of this point.
+    constexpr double rounding = 1 + 1e-9;
+    double within = std::numeric_limits<double>::infinity();
+    for (std::size_t place = begin; place < end; ++place) {
+      const std::uint32_t i = indices_[place];
+      if (place > begin) within = rounding * (within + length(points_[place] - points_[place - 1]));
+      nearest(points_[place], found, i, within);
+      within = std::sqrt(found.back().distance_squared);
+      for (std::size_t n = 0; n < k; ++n) all[k * i + n] = found[n].index;
+    }
+  });
+  remembered_ = std::move(all);
+  remembered_count_ = k;
+}
+
+std::size_t PointTree::nearest_others(std::uint32_t i, std::span<Neighbour> found) const {
+  const std::size_t count = std::min(found.size(), points_.empty() ? 0 : points_.size() - 1);
+  if (count > remembered_count_) return nearest(point(i), found, i);
+  const Vec3d p = point(i);
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::uint32_t other = remembered_[remembered_count_ * i + n];
+    const Vec3d offset = point(other) - p;
+    found[n] = {dot(offset, offset), other};
+  }
+  return count;
 }
 
 // `distance` is the squared distance from p to the node's region, `outside` its part along each axis [AryaMount1993].

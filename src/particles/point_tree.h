@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -30,6 +29,10 @@ class PointTree {
   explicit PointTree(std::span<const Vec3d> points);
 
   std::size_t size() const { return points_.size(); }
+  /// Looks up the k nearest others of every point once and keeps them, 4 k bytes a point, for nearest_others().
+  void remember_neighbours(std::size_t k);
+  /// nearest() of the tree's own point i, without itself; from memory where that holds as many.
+  std::size_t nearest_others(std::uint32_t i, std::span<Neighbour> found) const;
   /// All indices in the order of the tree: points near each other stand together, which keeps queries in cache.
   std::span<const std::uint32_t> order() const { return indices_; }
   /// Fills `found` with the points nearest to p, nearest first, without the one of index `except`; returns how many
@@ -45,26 +48,26 @@ class PointTree {
   std::vector<std::uint8_t> axes_;      // by node: children of n are 2n + 1 and 2n + 2, each with half the points
   std::vector<double> splits_;
   std::size_t levels_ = 0;
+  std::vector<std::uint32_t> places_;      // in that order, of indices
+  std::vector<std::uint32_t> remembered_;  // by index, nearest first
+  std::size_t remembered_count_ = 0;       // for each point
+
+  Vec3d point(std::uint32_t i) const { return points_[places_[i]]; }
 
   void visit(Query& query, std::size_t node, std::size_t level, std::size_t begin, std::size_t end, double distance,
              Vec3d outside) const;
 };
 
-/// Calls body(i, neighbours) for every point with its k nearest others, nearest first, in parallel; body must write only to
-/// what belongs to i.
+/// Calls body(i, neighbours) for every point of the tree with its k nearest others, nearest first, in parallel; body must write
+/// only to what belongs to i.
 template <class Body>
-void for_each_neighbourhood(const PointTree& tree, std::span<const Vec3d> points, std::size_t k, const Body& body) {
+void for_each_neighbourhood(const PointTree& tree, std::size_t k, const Body& body) {
   constexpr std::size_t grain = 512;
-  parallel_for(points.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(tree.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<PointTree::Neighbour> found(k);
-    // The k nearest others of the point before, or itself in place of this point, are others of this point.
-    constexpr double rounding = 1 + 1e-9;
-    double within = std::numeric_limits<double>::infinity();
     for (std::size_t place = begin; place < end; ++place) {
       const std::uint32_t i = tree.order()[place];
-      if (place > begin) within = rounding * (within + length(points[i] - points[tree.order()[place - 1]]));
-      const std::size_t count = tree.nearest(points[i], found, i, within);
-      if (count == k) within = std::sqrt(found[k - 1].distance_squared);
+      const std::size_t count = tree.nearest_others(i, found);
       body(i, std::span<const PointTree::Neighbour>(found).first(count));
     }
   });

@@ -50,7 +50,11 @@ class TreedPoints {
  public:
   explicit TreedPoints(ParticleSet& particles) : particles_(particles) {}
   const PointTree& tree() {
-    if (!tree_) tree_ = std::make_unique<PointTree>(particles_.positions);
+    if (!tree_) {
+      constexpr std::size_t neighbours = 24;  // no step asks for more as a rule
+      tree_ = std::make_unique<PointTree>(particles_.positions);
+      tree_->remember_neighbours(neighbours);
+    }
     return *tree_;
   }
   std::size_t keep(const PointSelection& selection) {
@@ -95,7 +99,7 @@ std::size_t fill_normals(const PointTree& tree, std::span<const Vec3d> points, s
     std::vector<PointTree::Neighbour> found(neighbours);
     for (std::size_t e = begin; e < end; ++e) {
       const std::uint32_t i = empty[e];
-      const std::size_t count = tree.nearest(points[i], found, i);
+      const std::size_t count = tree.nearest_others(i, found);
       filled[e] = estimate_normal(tree, points, i, neighbours);
       Vec3 sum;
       for (std::size_t k = 0; k < count; ++k) sum += normals[found[k].index];
@@ -212,6 +216,7 @@ SplatCloud make_splats(ParticleSet particles, const SplatOptions& options, std::
   const std::vector<Vec3d>& points = cloud.particles.positions;
   if (points.empty()) fail(file, "points", "there are none");
 
+  reorder_particles(cloud.particles, order_along_curve(points));
   TreedPoints treed(cloud.particles);
   if (!options.keep_duplicates) report.duplicates = treed.keep(without_duplicates(points));
   constexpr std::size_t outlier_neighbours = 16;

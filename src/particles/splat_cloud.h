@@ -43,8 +43,8 @@ struct SplatReport {
 /// Oriented discs (or ellipses) that cover a sampled surface: what the renderer takes. All arrays have one entry a
 /// splat, or none at all where it says "or empty".
 struct SplatCloud {
-  /// Centres (`particles.positions`, metres, double precision, in the file's frame) with all attributes of the file that
-  /// stayed, splat by splat.
+  /// Centres (`particles.positions`, metres, double precision, in the file's frame) with all attributes of the file, splat by
+  /// splat; not in the file's order, but along a space-filling curve.
   ParticleSet particles;
   std::vector<Vec3> normals;  ///< unit length
   std::vector<float> radii;   ///< metres, > 0 and finite; of an ellipse the greater half axis
