@@ -4,7 +4,9 @@
 #include <memory>
 #include <optional>
 
+#include "cloud_options.h"
 #include "commands.h"
+#include "parse_values.h"
 
 namespace embrun {
 namespace {
@@ -13,6 +15,8 @@ struct InfoArguments {
   std::string file;
   bool json = false;
   std::optional<double> radius;
+  CloudOptions cloud;
+  std::string sensor;
 };
 
 }  // namespace
@@ -25,12 +29,20 @@ void add_info_command(CLI::App& program, int& exit_code) {
       ->required();
   info->add_flag("--json", arguments->json, "as a JSON object");
   info->add_option("--radius", arguments->radius, "particle radius in metres, in place of the file's");
+  add_cloud_options(*info, arguments->cloud, arguments->sensor);
   info->footer(
-      "Prints count, attributes with types and ranges, bounds, the rest spacing (from the number density in the bulk)\n"
-      "beside the median distance to the nearest neighbour, and the radius that a render would use.\n\n"
-      "Example: embrun info dam.bgeo --json");
+      "Prints count, attributes with types and ranges, and bounds. Of a fluid, the rest spacing (from the number "
+      "density in\n"
+      "the bulk) beside the median distance to the nearest neighbour, and the radius that a render would use. Of a "
+      "scan,\n"
+      "what its splats would be: spacing, noise, normals, radii, what was left out, and whether it is closed.\n\n"
+      "Examples:\n"
+      "  embrun info dam.bgeo --json\n"
+      "  embrun info scan.ply --normals estimate --sensor 0,1.6,3");
   info->callback([arguments, &exit_code] {
-    const std::string text = describe_file(arguments->file, arguments->json, arguments->radius);
+    InfoArguments& a = *arguments;
+    if (!a.sensor.empty()) a.cloud.sensor = parse_numbers<3>("--sensor", a.sensor, "x,y,z");
+    const std::string text = describe_file(a.file, a.json, a.radius, a.cloud);
     std::fputs(text.c_str(), stdout);
     exit_code = exit_done;
   });

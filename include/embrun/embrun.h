@@ -10,6 +10,7 @@
 // Lengths are metres, angles degrees, absorption is per metre, radiance is linear RGB (Rec. 709). Every mistake of the
 // user's ends in an exception derived from std::runtime_error whose text says what is wrong, where, and what to do.
 
+#include <embrun/cloud_options.h>
 #include <embrun/compare.h>
 
 #include <array>
@@ -337,9 +338,10 @@ void check_density_output(const std::string& density_file);
 MeshReport mesh_file(const std::string& particle_file, const std::string& mesh_file, const MeshOptions& options = {},
                      const RenderHooks& hooks = {});
 
-/// What is in a particle file: count, attributes, bounds, rest spacing, radius. For people, or as a JSON object.
-/// `radius`: as RenderOptions::radius.
-std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius = std::nullopt);
+/// What is in a particle file: count, attributes, bounds; of a fluid the rest spacing and radius, of a scan what its splats
+/// would be. For people, or as a JSON object. `radius`: as RenderOptions::radius.
+std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius = std::nullopt,
+                          const CloudOptions& cloud = {});
 
 /// Throws when write_text_file could not write there.
 void check_text_output(const std::string& path);

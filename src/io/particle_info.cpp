@@ -69,10 +69,19 @@ std::string attribute_text(const AttributeInfo& attribute) {
   return text + "\n";
 }
 
-}  // namespace
+std::string fluid_text(const ParticleInfo& info) {
+  std::string text =
+      info.spacing.has_bulk
+          ? fmt::format("rest spacing: {:.6g} m (from the number density in the bulk)\n", info.spacing.spacing)
+          : "rest spacing: none (there is no bulk of fluid to measure it in)\n";
+  if (info.spacing.nearest_neighbour > 0) {
+    text += fmt::format("median nearest-neighbour distance: {:.6g} m\n", info.spacing.nearest_neighbour);
+  }
+  return text + fmt::format("radius: {}\n", radius_text(info));
+}
 
-ParticleInfo describe_particles(const ParticleSet& particles, const std::string& file,
-                                std::optional<double> given_radius) {
+/// All that does not depend on what the points are.
+ParticleInfo describe_file_content(const ParticleSet& particles, const std::string& file) {
   EMBRUN_CHECK(particles.size() > 0);
   ParticleInfo info;
   info.file = file;
@@ -86,6 +95,130 @@ ParticleInfo describe_particles(const ParticleSet& particles, const std::string&
     info.high = {std::max(info.high.x, p.x), std::max(info.high.y, p.y), std::max(info.high.z, p.z)};
   }
   for (const Attribute& attribute : particles.attributes) info.attributes.push_back(describe(attribute));
+  return info;
+}
+
+const char* to_string(NormalSource source) {
+  switch (source) {
+    case NormalSource::file: return "file";
+    case NormalSource::estimated_outwards: return "estimated-outwards";
+    case NormalSource::estimated_to_sensor: break;
+  }
+  return "estimated-to-sensor";
+}
+
+const char* to_string(SplatRadiusSource source) {
+  return source == SplatRadiusSource::given ? "given" : source == SplatRadiusSource::file ? "file" : "spacing";
+}
+
+std::string normals_text(const CloudInfo& cloud) {
+  const SplatReport& splats = cloud.splats;
+  std::string text;
+  if (splats.normals == NormalSource::file) {
+    text = "from the file";
+    if (splats.normal_difference > 0) {
+      text += fmt::format(", {:.3g} degrees off estimated ones on average", splats.normal_difference);
+    }
+    if (splats.replaced_normals > 0) text += fmt::format("; {} were zero and were estimated", splats.replaced_normals);
+    if (splats.turned_normals > 0) text += fmt::format("; {} were turned to the sensor", splats.turned_normals);
+    return text;
+  }
+  text = fmt::format("estimated from {} neighbours", splats.neighbours);
+  if (splats.normals == NormalSource::estimated_outwards) {
+    return text + (splats.pieces == 1 ? std::string(", outwards")
+                                      : fmt::format(", outwards on each of {} pieces", splats.pieces));
+  }
+  const Vec3d sensor = cloud.sensor.value_or(Vec3d{});
+  return text + fmt::format(", towards the sensor at ({:.6g}, {:.6g}, {:.6g}) m", sensor.x, sensor.y, sensor.z);
+}
+
+std::string splat_radius_text(const SplatReport& splats) {
+  std::string text = fmt::format("{:.6g} m (median; {:.6g} to {:.6g})", splats.median_radius, splats.least_radius,
+                                 splats.greatest_radius);
+  switch (splats.radius) {
+    case SplatRadiusSource::given: return text + ", given";
+    case SplatRadiusSource::file: text += ", from the file"; break;
+    case SplatRadiusSource::spacing: text += ", the least that leave no hole"; break;
+  }
+  if (splats.at_border > 0) text += fmt::format("; {} splats are at a border", splats.at_border);
+  if (splats.replaced_radii > 0) text += fmt::format("; {} had none and got the median", splats.replaced_radii);
+  return text;
+}
+
+std::string closed_text(const CloudInfo& cloud) {
+  const std::string text = cloud.closed ? "yes" : "no";
+  if (cloud.splats.closed_given) return text + ", as asked";
+  return cloud.closed ? text + ", from all around only fronts are seen"
+                      : text + fmt::format(", from all around {:.2g} % of what is seen are backs",
+                                           100 * cloud.splats.open_share);
+}
+
+std::string cloud_text(const CloudInfo& cloud) {
+  const SplatReport& splats = cloud.splats;
+  const CloudShape& shape = splats.shape;
+  std::string text;
+  text += fmt::format("left out: {} duplicates, {} outliers", splats.duplicates, splats.outliers);
+  text += splats.thinned > 0 ? fmt::format(", {} by thinning\n", splats.thinned) : std::string("\n");
+  if (shape.spacing > 0) {
+    text += fmt::format("spacing: {:.6g} m, noise off the surface: {:.3g} m\n", shape.spacing, shape.noise);
+    text += fmt::format("flat neighbourhoods: {:.1f} % (variation {:.3g} among {} points)\n", 100 * shape.flat_share,
+                        shape.variation, shape.scale);
+  }
+  text += fmt::format("normals: {}\n", normals_text(cloud));
+  text += fmt::format("splat radius: {}{}\n", splat_radius_text(splats), cloud.ellipses ? "; ellipses" : "");
+  text += fmt::format("colours: {}\n", cloud.has_colours ? "from the file" : "none");
+  return text + fmt::format("closed: {}\n", closed_text(cloud));
+}
+
+nlohmann::ordered_json cloud_json(const CloudInfo& cloud) {
+  const SplatReport& splats = cloud.splats;
+  const CloudShape& shape = splats.shape;
+  nlohmann::ordered_json json;
+  json["told_by"] = cloud.verdict.reason;
+  json["splats"] = splats.points_in - splats.duplicates - splats.outliers - splats.thinned;
+  json["left_out"] = {{"duplicates", splats.duplicates}, {"outliers", splats.outliers}, {"thinned", splats.thinned}};
+  json["spacing"] = shape.spacing;
+  json["noise"] = shape.noise;
+  json["curvature"] = shape.curvature;
+  json["variation"] = shape.variation;
+  json["variation_among"] = shape.scale;
+  json["flat_share"] = shape.flat_share;
+  json["normals"] = {{"source", to_string(splats.normals)},
+                     {"neighbours", splats.neighbours},
+                     {"pieces", splats.pieces},
+                     {"replaced", splats.replaced_normals},
+                     {"turned", splats.turned_normals},
+                     {"mean_difference_degrees", splats.normal_difference}};
+  json["splat_radius"] = {{"source", to_string(splats.radius)}, {"min", splats.least_radius},
+                          {"median", splats.median_radius},     {"max", splats.greatest_radius},
+                          {"at_border", splats.at_border},      {"replaced", splats.replaced_radii}};
+  json["ellipses"] = cloud.ellipses;
+  json["colours"] = cloud.has_colours;
+  json["closed"] = cloud.closed;
+  json["open_share"] =
+      splats.closed_given ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(splats.open_share);
+  return json;
+}
+
+}  // namespace
+
+ParticleInfo describe_cloud(const ParticleSet& particles, const std::string& file, const CloudVerdict& verdict,
+                            const SplatOptions& options) {
+  ParticleInfo info = describe_file_content(particles, file);
+  const SplatCloud splats = make_splats(particles, options, file);
+  CloudInfo& cloud = info.cloud.emplace();
+  cloud.verdict = verdict;
+  cloud.splats = splats.report;
+  cloud.sensor = options.sensor ? options.sensor : particles.sensor;
+  cloud.closed = splats.closed;
+  cloud.ellipses = !splats.axes.empty();
+  cloud.has_colours = !splats.colours.empty();
+  return info;
+}
+
+ParticleInfo describe_particles(const ParticleSet& particles, const std::string& file,
+                                std::optional<double> given_radius) {
+  ParticleInfo info = describe_file_content(particles, file);
   info.spacing = estimate_spacing(particles);
   if (given_radius) {
     info.radius = choose_radius(particles, info.spacing, given_radius, file);
@@ -109,7 +242,9 @@ ParticleInfo describe_particles(const ParticleSet& particles, const std::string&
 }
 
 std::string to_text(const ParticleInfo& info) {
-  std::string text = fmt::format("{}: {}, {} particles\n", info.file, info.format, info.count);
+  std::string text = fmt::format("{}: {}, {} {}\n", info.file, info.format, info.count,
+                                 info.cloud ? "points of a surface" : "particles");
+  if (info.cloud) text += fmt::format("taken for a scan: {}\n", info.cloud->verdict.reason);
   if (info.dropped_non_finite > 0)
     text += fmt::format("dropped: {} with a non-finite position\n", info.dropped_non_finite);
   text += fmt::format("bounds: ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) m\n", info.low.x, info.low.y,
@@ -117,13 +252,7 @@ std::string to_text(const ParticleInfo& info) {
   text += "attributes:\n";
   for (const AttributeInfo& attribute : info.attributes) text += attribute_text(attribute);
   if (info.attributes.empty()) text += "  none\n";
-  text += info.spacing.has_bulk
-              ? fmt::format("rest spacing: {:.6g} m (from the number density in the bulk)\n", info.spacing.spacing)
-              : "rest spacing: none (there is no bulk of fluid to measure it in)\n";
-  if (info.spacing.nearest_neighbour > 0) {
-    text += fmt::format("median nearest-neighbour distance: {:.6g} m\n", info.spacing.nearest_neighbour);
-  }
-  text += fmt::format("radius: {}\n", radius_text(info));
+  text += info.cloud ? cloud_text(*info.cloud) : fluid_text(info);
   for (const std::string& note : info.notes) text += fmt::format("note: {}\n", note);
   return text;
 }
@@ -166,6 +295,7 @@ std::string to_json(const ParticleInfo& info) {
   } else {
     json["radius"] = nullptr;
   }
+  if (info.cloud) json["cloud"] = cloud_json(*info.cloud);
   json["notes"] = info.notes;
   // Names come from files and need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

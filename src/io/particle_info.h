@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "particles/cloud_kind.h"
 #include "particles/particle_set.h"
 #include "particles/radius.h"
 #include "particles/spacing.h"
+#include "particles/splat_cloud.h"
 
 namespace embrun {
 
@@ -19,6 +21,16 @@ struct AttributeInfo {
   std::vector<double> least, greatest;  ///< one per component
   std::size_t strings = 0;              ///< size of the string table of a text attribute
   std::size_t replaced_non_finite = 0;
+};
+
+/// What the points of a scan become.
+struct CloudInfo {
+  CloudVerdict verdict;
+  SplatReport splats;
+  std::optional<Vec3d> sensor;  ///< that normals were turned to
+  bool closed = false;
+  bool ellipses = false;
+  bool has_colours = false;
 };
 
 /// What `embrun info` says about a particle file.
@@ -34,12 +46,17 @@ struct ParticleInfo {
   std::optional<RadiusChoice> radius;
   double least_radius = 0, greatest_radius = 0;
   std::string radius_problem;
+  std::optional<CloudInfo> cloud;  ///< of a scan; then there are no rest spacing and no radius
   std::vector<std::string> notes;
 };
 
 /// `given_radius` is the user's, if any; a bad one throws Error.
 ParticleInfo describe_particles(const ParticleSet& particles, const std::string& file,
                                 std::optional<double> given_radius);
+
+/// The same of a scan: makes its splats. Throws Error as make_splats() does.
+ParticleInfo describe_cloud(const ParticleSet& particles, const std::string& file, const CloudVerdict& verdict,
+                            const SplatOptions& options);
 
 /// Several lines for people, ending with a line feed.
 std::string to_text(const ParticleInfo& info);

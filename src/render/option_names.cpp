@@ -86,4 +86,23 @@ ThresholdChoice threshold_from_text(const std::string& text) {
   return {ThresholdMode::number, value};
 }
 
+NormalChoice normal_choice_from_name(const std::string& name) {
+  return pick<NormalChoice>(
+      "choice of normals", name,
+      {{"auto", NormalChoice::automatic}, {"file", NormalChoice::file}, {"estimate", NormalChoice::estimate}});
+}
+
+bool ellipses_from_name(const std::string& name) {
+  return pick<bool>("shape of splats", name, {{"disc", false}, {"ellipse", true}});
+}
+
+std::optional<bool> closed_from_name(const std::string& name) {
+  return pick<std::optional<bool>>("choice for closed", name, {{"auto", std::nullopt}, {"yes", true}, {"no", false}});
+}
+
+std::optional<bool> surface_from_name(const std::string& name) {
+  return pick<std::optional<bool>>("kind of points", name,
+                                   {{"auto", std::nullopt}, {"surface", true}, {"fluid", false}});
+}
+
 }  // namespace embrun

@@ -7,6 +7,7 @@
 #include "embrun/embrun.h"
 #include "geometry/surface_settings.h"
 #include "math/up_axis.h"
+#include "particles/splat_cloud.h"
 #include "scene/scene_description.h"
 
 namespace embrun {
@@ -28,6 +29,10 @@ MediaOverlap overlap_from_name(const std::string& name);
 enum class FloorKind { none, plain, checker };
 bool straight_shadows_from_name(const std::string& name);  ///< off, straight
 FloorKind floor_from_name(const std::string& name);
+NormalChoice normal_choice_from_name(const std::string& name);
+bool ellipses_from_name(const std::string& name);                ///< disc, ellipse
+std::optional<bool> closed_from_name(const std::string& name);   ///< auto, yes, no
+std::optional<bool> surface_from_name(const std::string& name);  ///< auto, surface, fluid
 
 /// "auto", "thesis" or a positive number.
 struct ThresholdChoice {

@@ -15,6 +15,7 @@
 #include "io/particle_info.h"
 #include "io/read_particles.h"
 #include "io/read_scene.h"
+#include "render/cloud_options.h"
 #include "render/default_scene.h"
 #include "render/fluid_meshes.h"
 #include "render/kind_options.h"
@@ -476,8 +477,13 @@ Picture render(const Particles& particles, const RenderOptions& options, const R
   return renderer.picture();
 }
 
-std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius) {
-  const ParticleInfo info = describe_particles(read_particles(particle_file), particle_file, radius);
+std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius,
+                          const CloudOptions& cloud) {
+  const SplatOptions splats = splat_options(cloud);
+  const ParticleSet particles = read_particles(particle_file);
+  const CloudVerdict verdict = cloud_verdict(particles, cloud);
+  const ParticleInfo info = verdict.is_surface ? describe_cloud(particles, particle_file, verdict, splats)
+                                               : describe_particles(particles, particle_file, radius);
   return json ? to_json(info) : to_text(info);
 }
 

@@ -73,5 +73,50 @@ TEST(ParticleInfo, BadNamesStillMakeGoodJson) {
   EXPECT_TRUE(nlohmann::json::accept(to_json(describe_particles(set, "\xc3", std::nullopt))));
 }
 
+/// A cylinder without ends of radius 1 and height 2 on a grid of steps of 0.1, and a stray point.
+ParticleSet tube() {
+  ParticleSet set;
+  set.format = "CSV";
+  for (int i = 0; i < 63; ++i) {
+    for (int j = 0; j <= 20; ++j) {
+      const double angle = 2 * 3.14159265358979 * i / 63;
+      set.positions.push_back({std::cos(angle), 0.1 * j, std::sin(angle)});
+    }
+  }
+  set.positions.push_back({4, 0, 0});
+  set.positions.push_back(set.positions[5]);
+  return set;
+}
+
+TEST(ParticleInfo, OfAScanSaysWhatItsSplatsWouldBe) {
+  const CloudVerdict verdict = tell_surface(tube());
+  ASSERT_TRUE(verdict.is_surface);
+  SplatOptions options;
+  options.neighbours = 20;
+  const ParticleInfo info = describe_cloud(tube(), "tube.csv", verdict, options);
+  ASSERT_TRUE(info.cloud.has_value());
+  EXPECT_FALSE(info.cloud->closed);
+  EXPECT_EQ(info.cloud->splats.duplicates, 1u);
+  EXPECT_EQ(info.cloud->splats.outliers, 1u);
+  // The cell of a square lattice reaches to half the diagonal.
+  EXPECT_NEAR(info.cloud->splats.median_radius, std::sqrt(0.5) * 0.1, 1e-3);
+  const std::string text = to_text(info);
+  for (const char* line :
+       {"tube.csv: CSV, 1325 points of a surface\n", "taken for a scan: most points' neighbours lie in a plane\n",
+        "left out: 1 duplicates, 1 outliers\n", "normals: estimated from 20 neighbours, outwards\n", "closed: no, ",
+        "colours: none\n"}) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+  }
+  EXPECT_EQ(text.find("rest spacing"), std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(to_json(info));
+  EXPECT_EQ(json["count"], 1325);
+  EXPECT_EQ(json["cloud"]["splats"], 1323);
+  EXPECT_EQ(json["cloud"]["normals"]["source"], "estimated-outwards");
+  EXPECT_EQ(json["cloud"]["splat_radius"]["source"], "spacing");
+  EXPECT_EQ(json["cloud"]["closed"], false);
+  EXPECT_GT(json["cloud"]["open_share"], 0.01);
+  EXPECT_TRUE(json["radius"].is_null());
+}
+
 }  // namespace
 }  // namespace embrun

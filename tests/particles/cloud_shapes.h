@@ -9,7 +9,8 @@
 
 namespace embrun::test {
 
-/// Points of a known surface with its true normals there; `noise` moves the points along all axes afterwards.
+/// Points of a known surface, which `noise` moves along all axes, and its normals where it is nearest to the moved points (on
+/// the box: where they were).
 struct SampledSurface {
   std::vector<Vec3d> points;
   std::vector<Vec3d> normals;
@@ -36,8 +37,8 @@ inline SampledSurface sample_sphere(std::size_t count, double noise, std::uint64
   std::mt19937_64 random(seed);
   SampledSurface surface;
   for (std::size_t i = 0; i < count; ++i) surface.points.push_back(random_direction(random));
-  surface.normals = surface.points;
   add_noise(surface, noise, random);
+  for (const Vec3d p : surface.points) surface.normals.push_back(normalize(p));
   return surface;
 }
 
@@ -49,11 +50,13 @@ inline SampledSurface sample_torus(std::size_t count, double noise, std::uint64_
   while (surface.points.size() < count) {
     const double s = 2 * 3.14159265358979 * unit(random), t = 2 * 3.14159265358979 * unit(random);
     if (1.4 * unit(random) > 1 + 0.4 * std::cos(t)) continue;
-    const Vec3d normal{std::cos(s) * std::cos(t), std::sin(s) * std::cos(t), std::sin(t)};
-    surface.normals.push_back(normal);
-    surface.points.push_back(Vec3d{std::cos(s), std::sin(s), 0} + normal * 0.4);
+    const Vec3d out{std::cos(s) * std::cos(t), std::sin(s) * std::cos(t), std::sin(t)};
+    surface.points.push_back(Vec3d{std::cos(s), std::sin(s), 0} + out * 0.4);
   }
   add_noise(surface, noise, random);
+  for (const Vec3d p : surface.points) {
+    surface.normals.push_back(normalize(p - normalize(Vec3d{p.x, p.y, 0})));
+  }
   return surface;
 }
 

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <embrun/cloud_options.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace embrun {
+
+/// The options that say how the points of a scan become splats, in a group of --help. `sensor` receives a text for
+/// parse_numbers().
+inline void add_cloud_options(CLI::App& c, CloudOptions& o, std::string& sensor) {
+  const char* group = "Scans: points of surfaces";
+  c.add_option("--points", o.points,
+               "what the points are: auto (told by their attributes and neighbourhoods), surface (a scan), fluid")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--normals", o.normals, "auto (the file's, else estimated), file, estimate")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--neighbours", o.neighbours, "3 to 256: how many nearest points a normal is estimated from")
+      ->default_str("16, more where there is noise")
+      ->group(group);
+  c.add_option("--sensor", sensor, "x,y,z where the scanner stood: normals are turned to it")
+      ->default_str("the file's, else outwards")
+      ->group(group);
+  c.add_option("--splat-radius", o.splat_radius, "metres, of all splats")
+      ->default_str("the file's, else the least that leave no hole")
+      ->group(group);
+  c.add_option("--splat-scale", o.splat_scale, "factor to the radii otherwise")->capture_default_str()->group(group);
+  c.add_option("--splat-shape", o.splat_shape, "disc, ellipse (less overlap where points are denser one way)")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--closed", o.closed, "whether the cloud bounds a body: auto (looked at from all around), yes, no")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--outlier-ratio", o.outlier_ratio,
+               "points are left out that are so many times as far from their neighbours as those are; 0: none are")
+      ->capture_default_str()
+      ->group(group);
+  c.add_flag("--keep-duplicates", o.keep_duplicates, "keep all points that are in one place")->group(group);
+  c.add_option("--thin", o.thin, "metres: keep one point in each cube of this edge")->default_str("all")->group(group);
+}
+
+}  // namespace embrun
