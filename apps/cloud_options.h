@@ -15,7 +15,7 @@ inline void add_cloud_options(CLI::App& c, CloudOptions& o, std::string& sensor)
                "what the points are: auto (told by their attributes and neighbourhoods), surface (a scan), fluid")
       ->capture_default_str()
       ->group(group);
-  c.add_option("--normals", o.normals, "auto (the file's, else estimated), file, estimate")
+  c.add_option("--point-normals", o.normals, "auto (the file's, else estimated), file, estimate")
       ->capture_default_str()
       ->group(group);
   c.add_option("--neighbours", o.neighbours, "3 to 256: how many nearest points a normal is estimated from")

@@ -38,7 +38,7 @@ void add_info_command(CLI::App& program, int& exit_code) {
       "what its splats would be: spacing, noise, normals, radii, what was left out, and whether it is closed.\n\n"
       "Examples:\n"
       "  embrun info dam.bgeo --json\n"
-      "  embrun info scan.ply --normals estimate --sensor 0,1.6,3");
+      "  embrun info scan.ply --point-normals estimate --sensor 0,1.6,3");
   info->callback([arguments, &exit_code] {
     InfoArguments& a = *arguments;
     if (!a.sensor.empty()) a.cloud.sensor = parse_numbers<3>("--sensor", a.sensor, "x,y,z");

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "cloud_options.h"
 #include "commands.h"
 #include "interruption.h"
 #include "parse_values.h"
@@ -24,6 +25,7 @@ struct RenderArguments {
   std::vector<std::string> definitions;
   std::string extinction, albedo, foam_extinction, sand_color;
   std::vector<std::string> fluids;
+  std::string sensor;
   bool quiet = false;
 };
 
@@ -241,6 +243,7 @@ void parse_text(RenderArguments& a) {
   o.refractions = parse_refractions("--refractions", a.refractions);
   if (!a.camera_from.empty()) o.camera_from = parse_numbers<3>("--camera-from", a.camera_from, "x,y,z");
   if (!a.camera_to.empty()) o.camera_to = parse_numbers<3>("--camera-to", a.camera_to, "x,y,z");
+  if (!a.sensor.empty()) o.cloud.sensor = parse_numbers<3>("--sensor", a.sensor, "x,y,z");
   if (!a.container.empty()) o.container = parse_numbers<6>("--container", a.container, "x0,y0,z0,x1,y1,z1");
   if (!a.absorption.empty()) o.absorption = parse_color("--absorption", a.absorption);
   if (!a.clamp.empty() && a.clamp != "off") o.clamp = parse_numbers<1>("--clamp", a.clamp, "a radiance, or off")[0];
@@ -353,7 +356,9 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
 }
 
 constexpr const char* render_footer =
-    "Without options the camera is framed on the particles, which are water on a floor under a sky.\n"
+    "Without options the camera is framed on the particles, which are water on a floor under a sky; the points of a "
+    "scan\n"
+    "are a diffuse surface, in their own colours where the file has any, that stands on the floor.\n"
     "The report names the flags that pin what was chosen, for the other frames of a sequence.\n\n"
     "Examples:\n"
     "  embrun render dam.bgeo -o dam.png --spp 256\n"
@@ -364,6 +369,7 @@ constexpr const char* render_footer =
     "  embrun render dam.bgeo -o foam.png --foam foam.bgeo --bubbles bubbles.bgeo --spray spray.bgeo\n"
     "  embrun render dam.bgeo -o milk.png --extinction 20 --albedo 0.99\n"
     "  embrun render red.bgeo -o two.png --absorption 0.1,4,4 --fluid blue.bgeo:absorption=4,2,0.1\n"
+    "  embrun render scan.ply -o scan.png\n"
     "  embrun render dam.bgeo -o clean.png --spp 16 --denoise --json report.json\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
     "130 interrupted (Ctrl-C); the picture then holds the samples there were.";
@@ -383,6 +389,7 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_picture_options(*render, *arguments);
   add_camera_options(*render, *arguments);
   add_surface_options(*render, *arguments);
+  add_cloud_options(*render, arguments->options.cloud, arguments->sensor);
   add_scene_options(*render, *arguments);
   add_inside_options(*render, *arguments);
   add_kind_options(*render, *arguments);

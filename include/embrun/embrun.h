@@ -85,6 +85,9 @@ struct RenderOptions {
   std::optional<double> mesh_cell;     ///< of the mesh, metres; default: half the radius
   std::optional<double> density_cell;  ///< of the grid that holds what is inside a mesh; default: half the radius
 
+  // Points of surfaces, which are no fluid.
+  CloudOptions cloud;
+
   // Water and surroundings.
   double ior = 1.33;
   std::optional<Color> absorption;                 ///< default: that of clear water
@@ -201,6 +204,8 @@ struct RenderReport {
   std::string radius_source;  ///< given, file, spacing, nearest-neighbour
   double spacing = 0;         ///< rest spacing; 0: none could be measured
   double threshold = 0, influence_radius = 0;
+  /// Of a scan, what its splats are, a line each; then the figures of particles are of splats.
+  std::vector<std::string> scan;
   // Choices.
   Point camera_from{}, camera_to{};
   double fov = 0;

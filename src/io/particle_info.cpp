@@ -107,10 +107,6 @@ const char* to_string(NormalSource source) {
   return "estimated-to-sensor";
 }
 
-const char* to_string(SplatRadiusSource source) {
-  return source == SplatRadiusSource::given ? "given" : source == SplatRadiusSource::file ? "file" : "spacing";
-}
-
 std::string normals_text(const CloudInfo& cloud) {
   const SplatReport& splats = cloud.splats;
   std::string text;
@@ -153,23 +149,6 @@ std::string closed_text(const CloudInfo& cloud) {
                                            100 * cloud.splats.open_share);
 }
 
-std::string cloud_text(const CloudInfo& cloud) {
-  const SplatReport& splats = cloud.splats;
-  const CloudShape& shape = splats.shape;
-  std::string text;
-  text += fmt::format("left out: {} duplicates, {} outliers", splats.duplicates, splats.outliers);
-  text += splats.thinned > 0 ? fmt::format(", {} by thinning\n", splats.thinned) : std::string("\n");
-  if (shape.spacing > 0) {
-    text += fmt::format("spacing: {:.6g} m, noise off the surface: {:.3g} m\n", shape.spacing, shape.noise);
-    text += fmt::format("flat neighbourhoods: {:.1f} % (variation {:.3g} among {} points)\n", 100 * shape.flat_share,
-                        shape.variation, shape.scale);
-  }
-  text += fmt::format("normals: {}\n", normals_text(cloud));
-  text += fmt::format("splat radius: {}{}\n", splat_radius_text(splats), cloud.ellipses ? "; ellipses" : "");
-  text += fmt::format("colours: {}\n", cloud.has_colours ? "from the file" : "none");
-  return text + fmt::format("closed: {}\n", closed_text(cloud));
-}
-
 nlohmann::ordered_json cloud_json(const CloudInfo& cloud) {
   const SplatReport& splats = cloud.splats;
   const CloudShape& shape = splats.shape;
@@ -206,14 +185,36 @@ ParticleInfo describe_cloud(const ParticleSet& particles, const std::string& fil
                             const SplatOptions& options) {
   ParticleInfo info = describe_file_content(particles, file);
   const SplatCloud splats = make_splats(particles, options, file);
-  CloudInfo& cloud = info.cloud.emplace();
+  info.cloud = describe_splats(splats, verdict, options);
+  return info;
+}
+
+CloudInfo describe_splats(const SplatCloud& splats, const CloudVerdict& verdict, const SplatOptions& options) {
+  CloudInfo cloud;
   cloud.verdict = verdict;
   cloud.splats = splats.report;
-  cloud.sensor = options.sensor ? options.sensor : particles.sensor;
+  cloud.sensor = options.sensor ? options.sensor : splats.particles.sensor;
   cloud.closed = splats.closed;
   cloud.ellipses = !splats.axes.empty();
   cloud.has_colours = !splats.colours.empty();
-  return info;
+  return cloud;
+}
+
+std::string to_text(const CloudInfo& cloud) {
+  const SplatReport& splats = cloud.splats;
+  const CloudShape& shape = splats.shape;
+  std::string text = fmt::format("taken for a scan: {}\n", cloud.verdict.reason);
+  text += fmt::format("left out: {} duplicates, {} outliers", splats.duplicates, splats.outliers);
+  text += splats.thinned > 0 ? fmt::format(", {} by thinning\n", splats.thinned) : std::string("\n");
+  if (shape.spacing > 0) {
+    text += fmt::format("spacing: {:.6g} m, noise off the surface: {:.3g} m\n", shape.spacing, shape.noise);
+    text += fmt::format("flat neighbourhoods: {:.1f} % (variation {:.3g} among {} points)\n", 100 * shape.flat_share,
+                        shape.variation, shape.scale);
+  }
+  text += fmt::format("normals: {}\n", normals_text(cloud));
+  text += fmt::format("splat radius: {}{}\n", splat_radius_text(splats), cloud.ellipses ? "; ellipses" : "");
+  text += fmt::format("colours: {}\n", cloud.has_colours ? "from the file" : "none");
+  return text + fmt::format("closed: {}\n", closed_text(cloud));
 }
 
 ParticleInfo describe_particles(const ParticleSet& particles, const std::string& file,
@@ -244,7 +245,6 @@ ParticleInfo describe_particles(const ParticleSet& particles, const std::string&
 std::string to_text(const ParticleInfo& info) {
   std::string text = fmt::format("{}: {}, {} {}\n", info.file, info.format, info.count,
                                  info.cloud ? "points of a surface" : "particles");
-  if (info.cloud) text += fmt::format("taken for a scan: {}\n", info.cloud->verdict.reason);
   if (info.dropped_non_finite > 0)
     text += fmt::format("dropped: {} with a non-finite position\n", info.dropped_non_finite);
   text += fmt::format("bounds: ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) m\n", info.low.x, info.low.y,
@@ -252,7 +252,7 @@ std::string to_text(const ParticleInfo& info) {
   text += "attributes:\n";
   for (const AttributeInfo& attribute : info.attributes) text += attribute_text(attribute);
   if (info.attributes.empty()) text += "  none\n";
-  text += info.cloud ? cloud_text(*info.cloud) : fluid_text(info);
+  text += info.cloud ? to_text(*info.cloud) : fluid_text(info);
   for (const std::string& note : info.notes) text += fmt::format("note: {}\n", note);
   return text;
 }

@@ -58,6 +58,11 @@ ParticleInfo describe_particles(const ParticleSet& particles, const std::string&
 ParticleInfo describe_cloud(const ParticleSet& particles, const std::string& file, const CloudVerdict& verdict,
                             const SplatOptions& options);
 
+/// What `splats` are and were made by; the arguments as those of make_splats().
+CloudInfo describe_splats(const SplatCloud& splats, const CloudVerdict& verdict, const SplatOptions& options);
+/// Several lines for people, each ending with a line feed.
+std::string to_text(const CloudInfo& cloud);
+
 /// Several lines for people, ending with a line feed.
 std::string to_text(const ParticleInfo& info);
 /// A JSON object; lengths in metres, null where there is no value.

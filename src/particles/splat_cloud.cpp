@@ -207,6 +207,10 @@ std::vector<Rgb> take_colours(const ParticleSet& particles) {
 
 }  // namespace
 
+const char* to_string(SplatRadiusSource source) {
+  return source == SplatRadiusSource::given ? "given" : source == SplatRadiusSource::file ? "file" : "spacing";
+}
+
 SplatCloud make_splats(ParticleSet particles, const SplatOptions& options, std::string_view file) {
   check_options(options, file);
   SplatCloud cloud;

@@ -21,6 +21,9 @@ enum class NormalSource { file, estimated_outwards, estimated_to_sensor };
 /// Where the splats' radii come from.
 enum class SplatRadiusSource { given, file, spacing };
 
+/// "given", "file" or "spacing".
+const char* to_string(SplatRadiusSource source);
+
 /// What make_splats() found and did, for people.
 struct SplatReport {
   std::size_t points_in = 0;

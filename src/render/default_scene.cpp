@@ -215,27 +215,14 @@ MaterialDescription water_material(const RenderOptions& options) {
   return dielectric_material(options.ior, {absorption[0], absorption[1], absorption[2]});
 }
 
-SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptions& options,
-                            std::vector<std::string>& notes) {
-  SceneDescription scene;
-  scene.up = up_from_name(options.up);
-  const UpBasis up = up_basis(scene.up);
-  scene.fluids.push_back(make_fluid(measured, options));
-  add_inside(scene.fluids.front(), measured, options, notes);
+void add_surroundings(SceneDescription& scene, const RenderOptions& options, Box3d bounds, double floor_height,
+                      std::vector<std::string>& notes) {
   scene.environment = make_environment(options, notes);
-
-  Box3d bounds = robust_bounds(measured);
-  add_other_particles(scene, measured, options, bounds, notes);
   double& bottom = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
   if (const FloorKind floor = floor_from_name(options.floor); floor != FloorKind::none) {
-    double height = round_choice(lowest_layer(measured, up), bounds);
-    // Fluid that wets its container reaches down to the bottom: there is nothing to cut.
-    if (options.container) height = scene.up == UpAxis::y ? (*options.container)[1] : (*options.container)[2];
-    // A tank stands a little in its floor, so that the floor alone is met there.
-    if (options.tank) height -= 0.99 * *options.tank;
-    height = options.floor_height.value_or(height);
+    const double height = options.floor_height.value_or(floor_height);
     bottom = std::min(height, scene.up == UpAxis::y ? bounds.high.y : bounds.high.z);
-    scene.patches.push_back(make_floor(floor, height, bounds, up));
+    scene.patches.push_back(make_floor(floor, height, bounds, up_basis(scene.up)));
   }
   for (const std::string& path : options.meshes) {
     MeshDescription mesh;
@@ -258,6 +245,24 @@ SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptio
   scene.integrator.max_refractions = options.refractions;
   scene.integrator.straight_shadows = straight_shadows_from_name(options.boundary_nee);
   scene.integrator.clamp = options.clamp.value_or(scene.integrator.clamp);
+}
+
+SceneDescription make_scene(const MeasuredParticles& measured, const RenderOptions& options,
+                            std::vector<std::string>& notes) {
+  SceneDescription scene;
+  scene.up = up_from_name(options.up);
+  scene.fluids.push_back(make_fluid(measured, options));
+  add_inside(scene.fluids.front(), measured, options, notes);
+  Box3d bounds = robust_bounds(measured);
+  add_other_particles(scene, measured, options, bounds, notes);
+  double height = floor_from_name(options.floor) == FloorKind::none
+                      ? 0
+                      : round_choice(lowest_layer(measured, up_basis(scene.up)), bounds);
+  // Fluid that wets its container reaches down to the bottom: there is nothing to cut.
+  if (options.container) height = scene.up == UpAxis::y ? (*options.container)[1] : (*options.container)[2];
+  // A tank stands a little in its floor, so that the floor alone is met there.
+  if (options.tank) height -= 0.99 * *options.tank;
+  add_surroundings(scene, options, bounds, height, notes);
   return scene;
 }
 

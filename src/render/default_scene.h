@@ -34,6 +34,11 @@ Box3d robust_bounds(const MeasuredParticles& particles);
 /// they lie on: the usual height of that layer's centres.
 double lowest_layer(const MeasuredParticles& particles, const UpBasis& up);
 
+/// Gives a scene that has its bodies and its `up` the environment, the floor, the meshes, the camera, the film and the integrator
+/// of the options. The camera is framed on `bounds` and the floor; `floor_height` is for who does not say one.
+void add_surroundings(SceneDescription& scene, const RenderOptions& options, Box3d bounds, double floor_height,
+                      std::vector<std::string>& notes);
+
 /// The scene that the options describe: the fluid, its surroundings, the camera. What they leave open is chosen from the
 /// particles. `notes` receives what was put right. Reads the environment, the meshes, and the particles of other fluids
 /// and kinds. Throws Error as check_options does.

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <mutex>
 #include <span>
+#include <sstream>
 
 #include "base/error.h"
 #include "embrun/embrun.h"
@@ -16,6 +17,7 @@
 #include "io/read_particles.h"
 #include "io/read_scene.h"
 #include "render/cloud_options.h"
+#include "render/cloud_scene.h"
 #include "render/default_scene.h"
 #include "render/fluid_meshes.h"
 #include "render/kind_options.h"
@@ -125,6 +127,8 @@ void check_options(const RenderOptions& o) {
   filter_from_name(o.filter);
   parse_view(o.view);
   tone_curve_from_name(o.tone);
+  splat_options(o.cloud);
+  surface_from_name(o.cloud.points);
   straight_shadows_from_name(o.boundary_nee);
   check_layer_name(o.layer);
   if (o.radius && !(*o.radius > 0 && std::isfinite(*o.radius)))
@@ -172,8 +176,11 @@ struct Renderer::State {
   void read_file(const std::string& path, const RenderHooks& hooks);
   void read_scene_file(const SceneInput& input, const RenderHooks& hooks);
   void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
+  void build_scan(ParticleSet particles, const CloudVerdict& verdict, const std::string& name,
+                  const RenderHooks& hooks);
   void start(const SceneDescription& description, const RenderHooks& hooks);
   void record_surface();
+  void record_view(const SceneDescription& description);
   void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
   std::string replay_command(const PixelSample& sample) const;
   ImageMetadata metadata() const;
@@ -187,7 +194,11 @@ void Renderer::State::read_file(const std::string& path, const RenderHooks& hook
   ParticleSet particles = read_particles(path);
   report.read_seconds = watch.seconds();
   tell(hooks, "reading", 1, report.read_seconds);
-  build(std::move(particles), path, hooks);
+  if (const CloudVerdict verdict = cloud_verdict(particles, options.cloud); verdict.is_surface) {
+    build_scan(std::move(particles), verdict, path, hooks);
+  } else {
+    build(std::move(particles), path, hooks);
+  }
 }
 
 void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks& hooks) {
@@ -287,22 +298,54 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
   tell(hooks, "building", 1, report.build_seconds);
 }
 
+void Renderer::State::build_scan(ParticleSet particles, const CloudVerdict& verdict, const std::string& name,
+                                 const RenderHooks& hooks) {
+  const Stopwatch watch;
+  tell(hooks, "building", 0, 0);
+  check_scan_options(options, name);
+  report.input = name;
+  report.format = particles.format;
+  report.dropped = particles.dropped_non_finite;
+  report.notes = particles.notes;
+  const SplatOptions splats = splat_options(options.cloud);
+  SplatCloud cloud;
+  run_on_threads(options.threads, [&] { cloud = make_splats(std::move(particles), splats, name); });
+  report.dropped += cloud.report.points_in - cloud.size();
+  report.particles = cloud.size();
+  report.radius = cloud.report.median_radius;
+  report.radius_source = to_string(cloud.report.radius);
+  report.spacing = cloud.report.shape.spacing;
+  std::istringstream lines(to_text(describe_splats(cloud, verdict, splats)));
+  for (std::string line; std::getline(lines, line);) report.scan.push_back(line);
+  const SceneDescription description = make_cloud_scene(cloud, options, name, report.notes);
+  start(description, hooks);
+  record_view(description);
+  report.build_seconds = watch.seconds();
+  tell(hooks, "building", 1, report.build_seconds);
+}
+
+/// Camera and floor, and the flags that pin them.
+void Renderer::State::record_view(const SceneDescription& description) {
+  RenderReport& r = report;
+  const CameraSettings& camera = description.camera;
+  r.pinning_flags = fmt::format("--camera-from {} --camera-to {} --fov {}", triple(camera.eye), triple(camera.target),
+                                number(camera.vertical_fov));
+  if (!description.patches.empty()) {
+    const Vec3d up = to_double(up_basis(description.up).up);
+    r.floor_height = dot(description.patches.front().center, up);
+    r.pinning_flags += " --floor-height " + number(*r.floor_height);
+  }
+}
+
 void Renderer::State::record_choices(const MeasuredParticles& measured, const SceneDescription& description) {
   RenderReport& r = report;
   r.particles = measured.particles.size();
   r.radius = measured.radius.radius;
   r.radius_source = to_string(measured.radius.source);
   r.spacing = measured.spacing.spacing;
-  const CameraSettings& camera = description.camera;
-  r.pinning_flags = fmt::format("--camera-from {} --camera-to {} --fov {}", triple(camera.eye), triple(camera.target),
-                                number(camera.vertical_fov));
+  record_view(description);
   if (measured.radius.radii.empty()) r.pinning_flags += " --radius " + number(r.radius);
   r.pinning_flags += fmt::format(" --threshold {}", static_cast<float>(r.threshold));
-  if (!description.patches.empty()) {
-    const Vec3d up = to_double(up_basis(description.up).up);
-    r.floor_height = dot(description.patches.front().center, up);
-    r.pinning_flags += " --floor-height " + number(*r.floor_height);
-  }
 }
 
 std::string Renderer::State::replay_command(const PixelSample& sample) const {
@@ -464,7 +507,13 @@ std::string describe_scene(const SceneInput& scene, std::vector<std::string>& wa
 std::string describe_scene(const std::string& particle_file, const RenderOptions& options,
                            std::vector<std::string>& warnings) {
   check_options(options);
-  MeasuredParticles measured = measure(read_particles(particle_file), options, particle_file);
+  ParticleSet particles = read_particles(particle_file);
+  if (cloud_verdict(particles, options.cloud).is_surface) {
+    check_scan_options(options, particle_file);
+    const SplatCloud cloud = make_splats(std::move(particles), splat_options(options.cloud), particle_file);
+    return write_scene(make_cloud_scene(cloud, options, particle_file, warnings));
+  }
+  MeasuredParticles measured = measure(std::move(particles), options, particle_file);
   measured.file = particle_file;
   return write_scene(make_scene(measured, options, warnings));
 }

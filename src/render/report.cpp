@@ -25,11 +25,16 @@ nlohmann::ordered_json to_object(const RayReport& rays) {
 
 std::string to_text(const RenderReport& r) {
   std::string text;
-  if (r.particles > 0)
+  if (!r.scan.empty()) {
+    text += fmt::format("  splats     {}{}, median radius {:.6g} m\n", r.particles,
+                        r.dropped > 0 ? fmt::format(" ({} points left out)", r.dropped) : "", r.radius);
+    for (const std::string& line : r.scan) text += fmt::format("  scan       {}\n", line);
+  }
+  if (r.particles > 0 && r.scan.empty())
     text += fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
                         r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source,
                         r.spacing);
-  if (r.particles > 0)
+  if (r.particles > 0 && r.scan.empty())
     text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
                         r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
   if (r.mesh_triangles > 0)
@@ -80,6 +85,7 @@ std::string to_json(const RenderReport& r) {
                      {"write", r.write_seconds},  {"total", total_seconds(r)}, {"cpu", r.cpu_seconds},
                      {"meshing", r.mesh_seconds}, {"grid", r.grid_seconds},    {"tree", r.tree_seconds}};
   json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}, {"grid_cells", r.grid_cells}};
+  if (!r.scan.empty()) json["scan"] = r.scan;
   json["particles"] = {{"count", r.particles},
                        {"dropped", r.dropped},
                        {"recovered", r.recovered},
