@@ -6,6 +6,7 @@ target_sources(fuzzed_images PRIVATE
   ${source}/base/error.cpp
   ${source}/image/image.cpp
   ${source}/image/tone_curve.cpp
+  ${source}/math/srgb.cpp
   ${source}/io/exr_header.cpp
   ${source}/io/file_bytes.cpp
   ${source}/io/image_exr.cpp
