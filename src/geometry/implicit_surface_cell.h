@@ -89,18 +89,38 @@ EMBRUN_LOCAL_FN void place_crossing(const ImplicitSurfaceView& s, const SurfaceC
   c.placed = true;
 }
 
+/// Brings a crossing to its exact place on the field that it is of, unless that was done.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN void place_crossing_once(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
+                                         const Vec3& direction, bool inside, CellCrossing& c) {
+  if (c.placed) return;
+  if (c.branch == SurfaceBranch::main)
+    place_crossing<kernel, SurfaceBranch::main, equal_radii, false>(s, cell, origin, direction, inside, c);
+  else
+    place_crossing<kernel, SurfaceBranch::recovered, equal_radii, false>(s, cell, origin, direction, inside, c);
+}
+
 /// What one evaluation tells of the part of a ray in a cell.
-enum class Settled { no_crossing, crossing, open };
+enum class Settled {
+  no_crossing,
+  crossing,
+  open,         ///< it did not tell
+  out_of_reach  ///< nothing was evaluated: it could not have told
+};
+EMBRUN_FN bool is_settled(Settled s) { return s == Settled::no_crossing || s == Settled::crossing; }
 
 /// Settles by one evaluation at `guess` whether and where F = sign * g crosses 0 first in [low, high], if it can: with
 /// the normals that a hit needs, and bounds that hold in all directions. They are looser than those of first_crossing,
 /// but nearly always enough, since a model says where the crossing is. If it cannot, moves `low` to where F is known to
-/// be below 0 up to, and `guess` to where to look next, or beyond `high`: wherever the model says. `curve`: what F'' is thought to be.
+/// be below 0 up to, and `guess` to where to look next, or beyond `high`: wherever the model says. Where `low` is farther
+/// back than the bounds reach, nothing is evaluated or moved. `curve`: what F'' is thought to be.
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                                         const Vec3& direction, float sign, float curve, float& low, float high,
                                         float& guess, CellCrossing& crossing) {
   const float reach = bounded_reach<branch, equal_radii>(s);
+  const float behind = guess - low, ahead = high - guess, at = guess;
+  if (behind > reach) return Settled::out_of_reach;
   crossing.branch = branch;
   crossing.placed = false;
   crossing.normals = field_normals<kernel, branch, equal_radii, true>(s, cell, origin + direction * guess, reach);
@@ -108,9 +128,7 @@ EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const Surf
   const float value = sign * n.value, slope = -sign * dot(n.gradient, direction);
   const float up = max_of(sign > 0.0f ? n.rise : n.fall, 1e-12f);
   const float down = max_of(sign > 0.0f ? n.fall : n.rise, 1e-12f);
-  const float behind = guess - low, ahead = high - guess, at = guess;
   guess = low;
-  if (behind > reach) return Settled::open;
   float first, last;  // the crossing is between these distances from the guess
   if (value < 0.0f) {
     // F(guess + x) < value + slope x + up x^2 / 2, which is below 0 from one root to the other.
@@ -155,11 +173,11 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   if (!first_possible(model, slack, low, high)) return false;
   float guess = likely_crossing(model, low, high);
   // A ray that has just left the surface runs along it: bounds for its direction alone take it farther.
-  if (equal_radii && !starts_on_surface && guess > low && guess - low <= bounded_reach<branch, equal_radii>(s)) {
+  if (equal_radii && !starts_on_surface && guess > low) {
     const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign,
                                                                          2.0f * model.p2, low, high, guess, crossing);
-    if (settled != Settled::open) return settled == Settled::crossing;
-    if (!first_possible(model, slack, low, high)) return false;
+    if (is_settled(settled)) return settled == Settled::crossing;
+    if (settled == Settled::open && !first_possible(model, slack, low, high)) return false;
     if (!(guess >= low && guess <= high)) guess = likely_crossing(model, low, high);
   }
   crossing.branch = branch;
@@ -184,10 +202,10 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
     guess = clamp(span.ball_entry < infinity ? span.ball_entry : span.densest, low, high);
   }
   const float from = low;
-  if (equal_radii && !starts_on_surface && guess - low <= bounded_reach<branch, equal_radii>(s)) {
+  if (equal_radii && !starts_on_surface) {
     const Settled settled = settle_at_guess<kernel, branch, equal_radii>(s, cell, origin, direction, sign, 0.0f, low,
                                                                          high, guess, crossing);
-    if (settled != Settled::open) return settled == Settled::crossing;
+    if (is_settled(settled)) return settled == Settled::crossing;
     if (!(guess >= low && guess <= high)) guess = low;
     if (low > from) at_low = nullptr;
   }
@@ -215,9 +233,9 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   const bool has_recovered = cell.recovered_eights > 0;
   // first_crossing may leave the last steps to fill_hit, but where the two fields cross close to each other their order
   // is told by the exact places alone.
-  const auto place = [&]<SurfaceBranch branch>(CellCrossing& c, float least, float most) {
+  const auto place = [&](CellCrossing& c, float least, float most) {
     if (c.placed) return;
-    place_crossing<kernel, branch, equal_radii, false>(s, cell, origin, direction, inside, c);
+    place_crossing_once<kernel, equal_radii>(s, cell, origin, direction, inside, c);
     c.t = clamp(c.t, least, most);
   };
   CellCrossing other;
@@ -226,7 +244,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (has_main && main_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, model,
                                                        max_of(low, start.clear_main), high, main_start, hit)) {
       found = true;
-      if (has_recovered) place.template operator()<SurfaceBranch::main>(hit, low, high);
+      if (has_recovered) place(hit, low, high);
       high = hit.t;
     }
     low = max_of(low, start.clear_recovered);
@@ -250,14 +268,14 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       }
       if (i > 0 && other.t <= low + crossing_tolerance) {
         // Both end here; the later one by their exact places is the surface.
-        place.template operator()<SurfaceBranch::main>(other, -infinity, infinity);
+        place(other, -infinity, infinity);
         if (other.t > low && other.t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = other;
         return true;
       }
       if (has_recovered && !other.placed &&
           fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin + direction * other.t)) <
               close_to_surface) {
-        place.template operator()<SurfaceBranch::main>(other, low, high);
+        place(other, low, high);
       }
       hit = other;
       low = hit.t;
@@ -294,7 +312,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (!recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, low, high, starts, at_low, other)) {
       return false;
     }
-    if (has_main) place.template operator()<SurfaceBranch::recovered>(other, low, high);
+    if (has_main) place(other, low, high);
     hit = other;
     low = hit.t;
     if (!has_main) return true;
@@ -306,12 +324,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& origin,
                               const Vec3& direction, CellCrossing& crossing, bool inside, SurfaceHit& hit) {
-  const bool main = crossing.branch == SurfaceBranch::main;
-  if (!crossing.placed) {
-    main ? place_crossing<kernel, SurfaceBranch::main, equal_radii, false>(s, cell, origin, direction, inside, crossing)
-         : place_crossing<kernel, SurfaceBranch::recovered, equal_radii, false>(s, cell, origin, direction, inside,
-                                                                                crossing);
-  }
+  place_crossing_once<kernel, equal_radii>(s, cell, origin, direction, inside, crossing);
   const FieldNormals& n = crossing.normals;
   const float gradient = length(n.gradient);
   const float weighted = length(n.weighted);
@@ -321,7 +334,7 @@ EMBRUN_LOCAL_FN void fill_hit(const ImplicitSurfaceView& s, const SurfaceCell& c
       s.normal == NormalMode::weighted && weighted > 1e-12f ? n.weighted * (1.0f / weighted) : hit.geometric_normal;
   hit.entering = !inside;
   const float per_metre = 1.0f / s.cell_size;
-  hit.sheet = main ? 0 : 1;
+  hit.sheet = crossing.branch == SurfaceBranch::main ? 0 : 1;
   hit.gradient = gradient * per_metre;
   hit.rise = n.rise * per_metre * per_metre;
   hit.fall = n.fall * per_metre * per_metre;
