@@ -91,8 +91,8 @@ ParticleInfo describe_file_content(const ParticleSet& particles, const std::stri
   info.notes = particles.notes;
   info.low = info.high = particles.positions[0];
   for (const Vec3d p : particles.positions) {
-    info.low = {std::min(info.low.x, p.x), std::min(info.low.y, p.y), std::min(info.low.z, p.z)};
-    info.high = {std::max(info.high.x, p.x), std::max(info.high.y, p.y), std::max(info.high.z, p.z)};
+    info.low = min_of(info.low, p);
+    info.high = max_of(info.high, p);
   }
   for (const Attribute& attribute : particles.attributes) info.attributes.push_back(describe(attribute));
   return info;

@@ -72,6 +72,19 @@ EMBRUN_FN Vec3d cross(Vec3d a, Vec3d b) {
 }
 EMBRUN_FN double length(Vec3d a) { return std::sqrt(dot(a, a)); }
 EMBRUN_FN Vec3d normalize(Vec3d a) { return a * (1.0 / length(a)); }
+EMBRUN_FN Vec3d min_of(Vec3d a, Vec3d b) { return {min_of(a.x, b.x), min_of(a.y, b.y), min_of(a.z, b.z)}; }
+EMBRUN_FN Vec3d max_of(Vec3d a, Vec3d b) { return {max_of(a.x, b.x), max_of(a.y, b.y), max_of(a.z, b.z)}; }
+
+/// Two unit vectors that make a right-handed frame with a unit vector.
+struct Tangents {
+  Vec3d u, v;
+};
+EMBRUN_FN Tangents tangents_of(Vec3d n) {
+  const Vec3d other = std::fabs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d u = normalize(cross(other, n));
+  return {u, cross(n, u)};
+}
+
 EMBRUN_FN Vec3 to_float(Vec3d a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
 EMBRUN_FN Vec3d to_double(Vec3 a) { return {a.x, a.y, a.z}; }
 
@@ -84,6 +97,10 @@ struct Box3 {
   EMBRUN_FN void include(Vec3 p) {
     low = min_of(low, p);
     high = max_of(high, p);
+  }
+  EMBRUN_FN void include(const Box3& other) {
+    low = min_of(low, other.low);
+    high = max_of(high, other.high);
   }
   EMBRUN_FN bool contains(Vec3 p) const {
     return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x <= high.x && p.y <= high.y && p.z <= high.z;

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "math/median.h"
 
 namespace embrun {
 
@@ -184,9 +185,7 @@ std::vector<std::vector<std::uint32_t>> divide(const Source& source, const std::
                                                const Box3& box, CellGrid& grid) {
   std::vector<float> sizes;
   for (const std::uint32_t i : members) sizes.push_back(cell_size(source, source.balls[i]));
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  float target = 1.004f * *middle;
+  float target = 1.004f * median_of(sizes);
   const float most = std::cbrt(16.0f * static_cast<float>(members.size())) + 2;
   for (;; target *= 2) {
     const auto count = [&](float size) {

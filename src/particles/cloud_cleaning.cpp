@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "math/median.h"
 
 namespace embrun {
 
@@ -52,8 +53,8 @@ struct Bounds {
 Bounds bounds_of(std::span<const Vec3d> points) {
   Bounds bounds{points[0], points[0]};
   for (const Vec3d p : points) {
-    bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
-    bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+    bounds.low = min_of(bounds.low, p);
+    bounds.high = max_of(bounds.high, p);
   }
   return bounds;
 }
@@ -114,9 +115,7 @@ PointSelection without_outliers(const PointTree& tree, std::span<const Vec3d> po
       if (count == 0) continue;
       theirs.clear();
       for (std::size_t n = 0; n < count; ++n) theirs.push_back(mean[found[n].index]);
-      const auto middle = theirs.begin() + static_cast<std::ptrdiff_t>(count / 2);
-      std::nth_element(theirs.begin(), middle, theirs.end());
-      keep[i] = !(mean[i] > ratio * *middle);
+      keep[i] = !(mean[i] > ratio * median_of(theirs));
     }
   });
   return select(std::move(keep));

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "math/median.h"
 
 namespace embrun {
 
@@ -30,9 +31,9 @@ class View {
   /// `extent` is half the width of what is looked at.
   View(Vec3d direction, Vec3d middle, double extent, double pitch)
       : direction_(direction), middle_(middle), pitch_(pitch), half_(static_cast<int>(std::ceil(extent / pitch)) + 1) {
-    const Vec3d other = std::abs(direction.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-    right_ = normalize(cross(other, direction));
-    up_ = cross(direction, right_);
+    const Tangents across = tangents_of(direction);
+    right_ = across.u;
+    up_ = across.v;
     width_ = 2 * static_cast<std::size_t>(half_) + 1;
     pixels_.resize(width_ * width_);
   }
@@ -133,9 +134,7 @@ double median_radius(const std::vector<Disc>& discs) {
   std::vector<double> radii;
   radii.reserve(discs.size());
   for (const Disc& disc : discs) radii.push_back(disc.radius);
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return median_of(radii);
 }
 
 }  // namespace
@@ -149,8 +148,8 @@ CloudClosedness look_for_holes(std::span<const Vec3d> points, std::span<const Ve
   Vec3d low = discs[0].centre, high = low;
   for (const Disc& disc : discs) {
     const Vec3d c = disc.centre;
-    low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
-    high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+    low = min_of(low, c);
+    high = max_of(high, c);
   }
   const Vec3d middle = (low + high) * 0.5;
   double extent = 0;

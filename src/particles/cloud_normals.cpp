@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "math/median.h"
 #include "particles/covariance.h"
 
 namespace embrun {
@@ -13,13 +14,6 @@ namespace embrun {
 namespace {
 
 constexpr double pi_d = 3.14159265358979323846;
-
-/// Middle value; reorders them. Not empty.
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Principal axes of a point and the first `k` of its neighbours.
 PrincipalAxes axes_of(std::span<const Vec3d> points, std::size_t i, std::span<const PointTree::Neighbour> neighbours,
@@ -49,6 +43,13 @@ Vec3 normal_off_lines(const PointTree& tree, std::span<const Vec3d> points, std:
     axes = axes_of(points, i, std::span(found).first(count), k);
   } while (!is_wide(axes) && k < std::min(most, points.size()));
   return to_unit(axes.direction[0]);
+}
+
+/// The normal of a point from its k nearest neighbours, or more of them where those lie on a line.
+Vec3 normal_from(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i,
+                 std::span<const PointTree::Neighbour> neighbours, std::size_t k) {
+  const PrincipalAxes axes = axes_of(points, i, neighbours, k);
+  return is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
 }
 
 /// Shapes are measured at a sample of the points, evenly along the tree's order.
@@ -187,7 +188,7 @@ CloudShape measure_at_scale(const PointTree& tree, std::span<const Vec3d> points
   const auto middle = [&](double LocalShape::*member) {
     std::vector<double> values;
     for (const LocalShape& local : found) values.push_back(local.*member);
-    return median(values);
+    return median_of(values);
   };
   shape.variation = middle(&LocalShape::variation);
   shape.width = middle(&LocalShape::width);
@@ -227,8 +228,7 @@ CloudShape measure_cloud(const PointTree& tree, std::span<const Vec3d> points) {
 std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d> points, std::size_t k) {
   std::vector<Vec3> normals(points.size());
   for_each_neighbourhood(tree, k, [&](std::uint32_t i, std::span<const PointTree::Neighbour> neighbours) {
-    const PrincipalAxes axes = axes_of(points, i, neighbours, k);
-    normals[i] = is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
+    normals[i] = normal_from(tree, points, i, neighbours, k);
   });
   return normals;
 }
@@ -236,8 +236,7 @@ std::vector<Vec3> estimate_normals(const PointTree& tree, std::span<const Vec3d>
 Vec3 estimate_normal(const PointTree& tree, std::span<const Vec3d> points, std::uint32_t i, std::size_t k) {
   std::vector<PointTree::Neighbour> found(k);
   const std::size_t count = tree.nearest_others(i, found);
-  const PrincipalAxes axes = axes_of(points, i, std::span(found).first(count), k);
-  return is_wide(axes) ? to_unit(axes.direction[0]) : normal_off_lines(tree, points, i, k);
+  return normal_from(tree, points, i, std::span(found).first(count), k);
 }
 
 double mean_normal_difference(const PointTree& tree, std::span<const Vec3d> points, std::span<const Vec3> normals,

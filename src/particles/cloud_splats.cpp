@@ -15,17 +15,6 @@ struct Point2 {
 };
 double dot2(Point2 a, Point2 b) { return a.x * b.x + a.y * b.y; }
 
-/// Two unit vectors that make a right-handed frame with the normal.
-struct Tangents {
-  Vec3d u, v;
-};
-
-Tangents tangents_of(Vec3d n) {
-  const Vec3d other = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-  const Vec3d u = normalize(cross(other, n));
-  return {u, cross(n, u)};
-}
-
 /// A convex polygon that is cut by half planes.
 class Cell {
  public:

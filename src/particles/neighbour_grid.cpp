@@ -11,8 +11,8 @@ NeighbourGrid::NeighbourGrid(std::span<const Vec3d> positions, double cell_size)
   if (positions.empty()) return;
   Vec3d low = positions[0], high = positions[0];
   for (const Vec3d p : positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   origin_ = low;
   const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});

@@ -30,28 +30,28 @@ void reorder_values(std::vector<Value>& values, std::size_t components, const st
   values = std::move(moved);
 }
 
+/// Calls visit(values, how many a particle) for all that particles have; arrays of other types than an attribute's are empty.
+template <class Visit>
+void for_each_array(ParticleSet& set, const Visit& visit) {
+  visit(set.positions, 1);
+  for (Attribute& attribute : set.attributes) {
+    const std::size_t components = static_cast<std::size_t>(attribute.components);
+    visit(attribute.floats, components);
+    visit(attribute.ints, components);
+    visit(attribute.longs, components);
+  }
+}
+
 }  // namespace
 
 void keep_particles(ParticleSet& set, const std::vector<std::uint8_t>& keep) {
   EMBRUN_CHECK(keep.size() == set.size());
-  keep_values(set.positions, 1, keep);
-  for (Attribute& attribute : set.attributes) {
-    const std::size_t components = static_cast<std::size_t>(attribute.components);
-    keep_values(attribute.floats, components, keep);
-    keep_values(attribute.ints, components, keep);
-    keep_values(attribute.longs, components, keep);
-  }
+  for_each_array(set, [&](auto& values, std::size_t components) { keep_values(values, components, keep); });
 }
 
 void reorder_particles(ParticleSet& set, const std::vector<std::uint32_t>& order) {
   EMBRUN_CHECK(order.size() == set.size());
-  reorder_values(set.positions, 1, order);
-  for (Attribute& attribute : set.attributes) {
-    const std::size_t components = static_cast<std::size_t>(attribute.components);
-    reorder_values(attribute.floats, components, order);
-    reorder_values(attribute.ints, components, order);
-    reorder_values(attribute.longs, components, order);
-  }
+  for_each_array(set, [&](auto& values, std::size_t components) { reorder_values(values, components, order); });
 }
 
 }  // namespace embrun

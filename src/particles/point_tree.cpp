@@ -20,8 +20,8 @@ std::uint8_t widest_axis(std::span<const Vec3d> points, std::span<const std::uin
   Vec3d low = points[indices[0]], high = low;
   for (const std::uint32_t i : indices) {
     const Vec3d p = points[i];
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   const Vec3d extent = high - low;
   if (extent.x >= extent.y && extent.x >= extent.z) return 0;

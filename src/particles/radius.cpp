@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "math/median.h"
 
 namespace embrun {
 
@@ -35,10 +36,9 @@ RadiusChoice radius_from_file(const Attribute& attribute, std::string_view file)
   }
   choice.without_radius = count - usable.size();
   if (usable.empty()) fail(file, "none of the particles has a positive radius; give one with --radius");
-  const auto middle = usable.begin() + static_cast<std::ptrdiff_t>(usable.size() / 2);
-  std::nth_element(usable.begin(), middle, usable.end());
-  choice.radius = static_cast<double>(*middle);
-  const auto same = [&](float radius) { return radius == *middle; };
+  const float median = median_of(usable);
+  choice.radius = static_cast<double>(median);
+  const auto same = [&](float radius) { return radius == median; };
   if (choice.without_radius == 0 && std::all_of(usable.begin(), usable.end(), same)) choice.radii.clear();
   return choice;
 }
@@ -81,8 +81,8 @@ void check_extent(const ParticleSet& particles, double radius, std::string_view 
   if (particles.size() == 0) return;
   Vec3d low = particles.positions[0], high = low;
   for (const Vec3d p : particles.positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   const double step = 0.5 * extent * static_cast<double>(std::numeric_limits<float>::epsilon());

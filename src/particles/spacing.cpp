@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "math/median.h"
 #include "particles/neighbour_grid.h"
 #include "sampling/hash.h"
 
@@ -29,8 +30,8 @@ class Sequence {
 double greatest_extent(std::span<const Vec3d> points) {
   Vec3d low = points[0], high = points[0];
   for (const Vec3d p : points) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
 }
@@ -41,8 +42,7 @@ double median_occupancy(const NeighbourGrid& grid, std::span<const Vec3d> points
   Sequence random(1);
   std::vector<std::size_t> counts(samples);
   for (std::size_t& count : counts) count = grid.points_in_cell_of(points[random.index(points.size())]);
-  std::nth_element(counts.begin(), counts.begin() + samples / 2, counts.end());
-  return static_cast<double>(counts[samples / 2]);
+  return static_cast<double>(median_of(counts));
 }
 
 /// The spacing to a factor of about 1.3, from cells that hold 8 to 40 points where a typical point is: outliers,

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "math/median.h"
 #include "math/srgb.h"
 #include "particles/cloud_cleaning.h"
 #include "particles/cloud_closedness.h"
@@ -136,12 +137,6 @@ void take_normals(SplatCloud& cloud, const PointTree& tree, const SplatOptions& 
   }
 }
 
-double median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
-}
-
 /// Gives splats without a usable radius the median one of the others.
 void mend_radii(SplatCloud& cloud, std::string_view file) {
   const auto usable = [](float radius) { return is_length(static_cast<double>(radius)); };
@@ -152,7 +147,7 @@ void mend_radii(SplatCloud& cloud, std::string_view file) {
   }
   SplatReport& report = cloud.report;
   report.replaced_radii = cloud.radii.size() - good.size();
-  report.median_radius = median(good);
+  report.median_radius = static_cast<double>(median_of(good));
   for (std::size_t i = 0; i < cloud.radii.size() && report.replaced_radii > 0; ++i) {
     if (usable(cloud.radii[i])) continue;
     cloud.radii[i] = static_cast<float>(report.median_radius);

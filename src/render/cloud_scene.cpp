@@ -55,8 +55,8 @@ SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& 
   }
   Box3d bounds{cloud.particles.positions[0], cloud.particles.positions[0]};
   for (const Vec3d p : cloud.particles.positions) {
-    bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
-    bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+    bounds.low = min_of(bounds.low, p);
+    bounds.high = max_of(bounds.high, p);
   }
   const double lowest = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
   add_surroundings(scene, options, bounds, lowest, notes);

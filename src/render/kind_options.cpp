@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "io/read_particles.h"
+#include "math/median.h"
 #include "render/color_by.h"
 #include "render/option_names.h"
 #include "scene/kind_scene.h"
@@ -110,10 +111,8 @@ void add_fluid(SceneDescription& scene, const FluidOptions& other, const RenderO
   fill_fluid(fluid, measured.particles, other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, options,
              notes, other.file);
   const Box3d more = robust_bounds(measured);
-  bounds.low = {std::min(bounds.low.x, more.low.x), std::min(bounds.low.y, more.low.y),
-                std::min(bounds.low.z, more.low.z)};
-  bounds.high = {std::max(bounds.high.x, more.high.x), std::max(bounds.high.y, more.high.y),
-                 std::max(bounds.high.z, more.high.z)};
+  bounds.low = min_of(bounds.low, more.low);
+  bounds.high = max_of(bounds.high, more.high);
   notes.push_back(fmt::format("{}: another fluid, {} particles", other.file, measured.particles.size()));
   scene.fluids.push_back(std::move(fluid));
 }
@@ -135,9 +134,7 @@ std::vector<float> relative_densities(const ParticleSet& particles, std::vector<
   std::vector<float> values;
   for (std::size_t i = 0; i < particles.size(); ++i) values.push_back(static_cast<float>(density->value(i)));
   std::vector<float> sorted = values;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const float rest = *middle;
+  const float rest = median_of(sorted);
   if (!(rest > 0)) return {};
   for (float& value : values) value = std::max(value / rest, 0.0f);
   notes.push_back(fmt::format("{}: extinction goes with density; {:.4g} counts as rest density", name, rest));

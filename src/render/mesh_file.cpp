@@ -44,8 +44,8 @@ Point to_point(Vec3d p) { return {p.x, p.y, p.z}; }
 Vec3d middle_of(const std::vector<Vec3d>& positions) {
   Vec3d low = positions.front(), high = low;
   for (const Vec3d& p : positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   return 0.5 * (low + high);
 }

@@ -29,14 +29,13 @@ std::string to_text(const RenderReport& r) {
     text += fmt::format("  splats     {}{}, median radius {:.6g} m\n", r.particles,
                         r.dropped > 0 ? fmt::format(" ({} points left out)", r.dropped) : "", r.radius);
     for (const std::string& line : r.scan) text += fmt::format("  scan       {}\n", line);
-  }
-  if (r.particles > 0 && r.scan.empty())
+  } else if (r.particles > 0) {
     text += fmt::format("  particles  {}{}, radius {:.6g} m ({}), spacing {:.6g} m\n", r.particles,
                         r.dropped > 0 ? fmt::format(" ({} left out)", r.dropped) : "", r.radius, r.radius_source,
                         r.spacing);
-  if (r.particles > 0 && r.scan.empty())
     text += fmt::format("  surface    threshold {:.6g}, influence radius {:.6g} m, {} particles recovered, {:.1f} MB\n",
                         r.threshold, r.influence_radius, r.recovered, r.surface_bytes / 1e6);
+  }
   if (r.mesh_triangles > 0)
     text += fmt::format("  mesh       {} triangles, {} vertices; {:.2f} s, and {:.2f} s for the tree over it\n",
                         r.mesh_triangles, r.mesh_vertices, r.mesh_seconds, r.tree_seconds);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "math/median.h"
 #include "scene/compile_materials.h"
 #include "scene/compile_media.h"
 #include "scene/compile_splats.h"
@@ -24,8 +25,8 @@ struct Bounds {
   Vec3d low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
 
   void include(Vec3d p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    low = min_of(low, p);
+    high = max_of(high, p);
   }
   void include(Vec3d p, double radius) {
     include(p - Vec3d{radius, radius, radius});
@@ -96,12 +97,7 @@ Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
   for (const VolumeDescription& volume : scene.volumes) sample(volume.positions, {});
   for (const SplatsDescription& splats : scene.splats) sample(splats.centers, splats.placement);
   if (x.empty()) return 0.5 * (bounds.low + bounds.high);
-  const auto median = [](std::vector<double>& v) {
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-  };
-  return {median(x), median(y), median(z)};
+  return {median_of(x), median_of(y), median_of(z)};
 }
 
 /// What makes two bodies' insides the same.

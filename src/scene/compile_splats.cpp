@@ -1,10 +1,10 @@
 #include "scene/compile_splats.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/parallel.h"
 #include "geometry/splat_bends.h"
+#include "math/median.h"
 
 namespace embrun {
 namespace {
@@ -53,9 +53,7 @@ SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed) {
 
 float median_radius(const SplatsDescription& description) {
   std::vector<float> radii = description.radii;
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return median_of(radii);
 }
 
 }  // namespace embrun

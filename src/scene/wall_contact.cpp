@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "math/median.h"
 #include "particles/neighbour_grid.h"
 
 namespace embrun {
@@ -37,10 +38,8 @@ std::optional<double> mirror_height(const Face& face, const FluidDescription& fl
     if (height > 0 && height < 2.5 * radius) heights.push_back(height);
   }
   if (heights.empty()) return std::nullopt;
-  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::nth_element(heights.begin(), middle, heights.end());
   const double spacing = fluid.surface.spacing > 0 ? fluid.surface.spacing : 2 * radius;
-  return std::max(0.0, *middle - 0.5 * spacing);
+  return std::max(0.0, median_of(heights) - 0.5 * spacing);
 }
 
 /// Makes the particles touch one face, if it is a wall.
@@ -105,8 +104,8 @@ void fill_edges(const FluidDescription& fluid, WettedParticles& particles) {
 
   Box3d bounds{fluid.positions[0], fluid.positions[0]};
   for (const Vec3d& p : fluid.positions) {
-    bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
-    bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+    bounds.low = min_of(bounds.low, p);
+    bounds.high = max_of(bounds.high, p);
   }
   const auto consider = [&](Vec3d p) {
     // The place next to the wedge, away from every wall that is near.
