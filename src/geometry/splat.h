@@ -107,6 +107,14 @@ EMBRUN_FN std::uint32_t lanes_to_meet(const SplatBlock& block, const Ray& ray, f
   return bits;
 }
 
+/// Shows the query those splats of a block that it may meet; number(lane) is what it knows them by.
+template <class Query, class Number>
+EMBRUN_FN void offer_block(const SplatBlock& block, Query& query, const Number& number) {
+  std::uint32_t lanes = lanes_to_meet(block, query.ray(), query.near(), query.limit());
+  for (std::uint32_t lane = 0; lanes != 0; ++lane, lanes >>= 1)
+    if ((lanes & 1u) != 0) query.consider(block.splat(lane), number(lane));
+}
+
 /// The normal of a splat at a point of its plane (given as the difference from its centre).
 EMBRUN_FN Vec3 bent_normal(const Splat& splat, const SplatBend& bend, Vec3 from_center) {
   const Frame frame(splat.normal);

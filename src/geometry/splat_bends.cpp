@@ -1,9 +1,9 @@
 #include "geometry/splat_bends.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/parallel.h"
+#include "math/median.h"
 #include "particles/neighbour_grid.h"
 
 namespace embrun {
@@ -52,8 +52,7 @@ std::vector<SplatBend> bend_normals(const std::vector<Splat>& splats) {
     centers.push_back(to_double(s.center));
     radii.push_back(s.radius);
   }
-  std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-  const NeighbourGrid grid(centers, 2 * static_cast<double>(radii[radii.size() / 2]));
+  const NeighbourGrid grid(centers, 2 * static_cast<double>(median_of(radii)));
   parallel_for(splats.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Splat& own = splats[i];

@@ -64,10 +64,8 @@ struct SplatBlockLoop {
   EMBRUN_FN void operator()(Query& query) const {
     const std::uint32_t count = static_cast<std::uint32_t>(packed.blocks.size());
     for (std::uint32_t i = 0; i < count; ++i) {
-      const SplatBlock& block = packed.blocks[i];
-      std::uint32_t lanes = lanes_to_meet(block, query.ray(), query.near(), query.limit());
-      for (std::uint32_t lane = 0; lanes != 0; ++lane, lanes >>= 1)
-        if ((lanes & 1u) != 0) query.consider(block.splat(lane), packed.numbers[i * splats_per_block + lane]);
+      offer_block(packed.blocks[i], query,
+                  [&](std::uint32_t lane) { return packed.numbers[i * splats_per_block + lane]; });
     }
   }
 };

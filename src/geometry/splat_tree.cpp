@@ -25,11 +25,6 @@ float half_area(const Box3& box) {
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-void include(Box3& box, const Box3& other) {
-  box.low = min_of(box.low, other.low);
-  box.high = max_of(box.high, other.high);
-}
-
 /// Blocks that so many splats fill.
 float blocks_of(std::size_t count) { return static_cast<float>((count + splats_per_block - 1) / splats_per_block); }
 
@@ -53,7 +48,7 @@ class Builder {
     Range all{0, order_.size(), {}};
     float reach = 0;
     for (const std::uint32_t i : order_) {
-      include(all.bounds, bounds_of(splats_[i]));
+      all.bounds.include(bounds_of(splats_[i]));
       const Vec3 c = splats_[i].center;
       reach = std::max({reach, std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)});
     }
@@ -64,7 +59,7 @@ class Builder {
       const Box3 own = bounds_of(splats_[i]);
       const float more = margin + 1e-3f * splats_[i].radius;
       boxes_[i] = {own.low - Vec3{more, more, more}, own.high + Vec3{more, more, more}};
-      include(all.bounds, boxes_[i]);
+      all.bounds.include(boxes_[i]);
     }
     tree_.bounds = all.bounds;
     build(all);
@@ -160,7 +155,7 @@ class Builder {
 
   Range range_of(std::size_t begin, std::size_t end) const {
     Range range{begin, end, {}};
-    for (std::size_t i = begin; i < end; ++i) include(range.bounds, boxes_[order_[i]]);
+    for (std::size_t i = begin; i < end; ++i) range.bounds.include(boxes_[order_[i]]);
     return range;
   }
 
@@ -203,21 +198,21 @@ class Builder {
     std::array<std::size_t, bins> counts{};
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const auto bin = static_cast<std::size_t>(bin_of(splats_[order_[i]].center, centers, axis));
-      include(boxes[bin], boxes_[order_[i]]);
+      boxes[bin].include(boxes_[order_[i]]);
       ++counts[bin];
     }
     std::array<float, bins> right{};
     Box3 box;
     std::size_t count = 0;
     for (std::size_t k = bins - 1; k > 0; --k) {
-      include(box, boxes[k]);
+      box.include(boxes[k]);
       count += counts[k];
       right[k] = half_area(box) * blocks_of(count);
     }
     box = {};
     count = 0;
     for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(bins); ++k) {
-      include(box, boxes[k]);
+      box.include(boxes[k]);
       count += counts[k];
       const float cost = half_area(box) * blocks_of(count) + right[k + 1];
       if (count == 0 || count == range.size() || !(cost < best)) continue;

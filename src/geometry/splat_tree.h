@@ -88,8 +88,7 @@ EMBRUN_FN void SplatTreeView::operator()(Query& query) const {
   };
   constexpr int most_pending = 256;
   if (node_count == 0) return;
-  const Ray& ray = query.ray();
-  const BoxRay box_ray(ray);
+  const BoxRay box_ray(query.ray());
   Pending pending[most_pending];
   int count = 0;
   Pending next{query.near(), 0};
@@ -97,9 +96,7 @@ EMBRUN_FN void SplatTreeView::operator()(Query& query) const {
     if (next.enter <= query.limit()) {
       if ((next.child & splat_leaf) != 0) {
         const std::uint32_t block = next.child & ~splat_leaf;
-        std::uint32_t lanes = lanes_to_meet(blocks[block], ray, query.near(), query.limit());
-        for (std::uint32_t lane = 0; lanes != 0; ++lane, lanes >>= 1)
-          if ((lanes & 1u) != 0) query.consider(blocks[block].splat(lane), block * splats_per_block + lane);
+        offer_block(blocks[block], query, [=](std::uint32_t lane) { return block * splats_per_block + lane; });
       } else {
         // The nearest child comes next, the others wait with the farthest at the bottom.
         const SplatNode& node = nodes[next.child];

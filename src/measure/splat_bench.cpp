@@ -3,11 +3,12 @@
 #include <time.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "backend/cpu/embree_discs.h"
 #include "backend/cpu/kernel_table.h"
+#include "render/stopwatch.h"
+#include "scene/compile_splats.h"
 
 namespace embrun {
 namespace {
@@ -31,22 +32,21 @@ float room_light(Vec3 direction) {
 }  // namespace
 
 SplatBench::SplatBench(const std::vector<Splat>& splats, bool closed, int pixels) : side_(pixels) {
-  const auto start = std::chrono::steady_clock::now();
-  tree_ = build_splat_tree(splats);
-  tree_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  packed_ = pack_splats(tree_);
+  const Stopwatch watch;
+  arrays_.tree = build_splat_tree(splats);
+  tree_seconds_ = watch.seconds();
+  packed_ = pack_splats(arrays_.tree);
   grid_ = build_splat_grid(packed_.splats);
   discs_ = std::make_unique<EmbreeDiscs>(packed_);
-  trial_.set.blocks = tree_.blocks.data();
-  trial_.set.block_count = static_cast<std::uint32_t>(tree_.blocks.size());
-  trial_.set.closed = closed;
-  trial_.set.bounds = tree_.bounds;
-  trial_.tree = tree_.view();
+  const SplatGeometry geometry = splat_geometry(arrays_, closed);
+  trial_.set = geometry.set;
+  trial_.tree = geometry.tree;
   trial_.packed = &packed_;
   trial_.grid = &grid_;
   trial_.discs = discs_->scene();
 
-  const Vec3 middle = 0.5f * (tree_.bounds.low + tree_.bounds.high), extent = tree_.bounds.high - tree_.bounds.low;
+  const Box3 bounds = geometry.set.bounds;
+  const Vec3 middle = 0.5f * (bounds.low + bounds.high), extent = bounds.high - bounds.low;
   const float half = 0.5f * std::max({extent.x, extent.y, extent.z}), front = 0.5f * extent.z;
   const Vec3 eye = middle + Vec3{0, 0, front + camera_distance * half};
   for (int y = 0; y < side_; ++y)
@@ -56,7 +56,7 @@ SplatBench::SplatBench(const std::vector<Splat>& splats, bool closed, int pixels
       ray.origin = eye;
       // The cloud's nearest face just fits.
       ray.direction = normalize(Vec3{1.05f * half * place(x), -1.05f * half * place(y), -camera_distance * half});
-      const BoxSpan span = clip_line(tree_.bounds, ray);
+      const BoxSpan span = clip_line(bounds, ray);
       if (span.empty() || !(span.exit > 0)) continue;
       rays_.push_back(ray);
       pixels_.push_back(static_cast<std::size_t>(y) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(x));

@@ -5,6 +5,7 @@
 
 #include "backend/cpu/splat_trial.h"
 #include "image/image.h"
+#include "scene/flat_scene.h"
 
 namespace embrun {
 
@@ -40,7 +41,7 @@ class SplatBench {
   bool closed() const { return trial_.set.closed; }
 
  private:
-  SplatTree tree_;
+  SplatArrays arrays_;
   PackedSplats packed_;
   SplatGrid grid_;
   std::unique_ptr<EmbreeDiscs> discs_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "reproduction/output.h"
 #include "reproduction/thesis_figures.h"
 
 namespace embrun {
@@ -21,17 +22,6 @@ std::string ratio(double a, double b) { return b > 0 ? fmt::format("{:.3g}", a /
 
 /// In units of 1e-4, as the bars are told.
 std::string error(double mse) { return fmt::format("{:.3g}", 1e4 * mse); }
-
-std::string table_row(const std::vector<std::string>& cells) {
-  std::string line = "|";
-  for (const std::string& cell : cells) line += " " + cell + " |";
-  return line + "\n";
-}
-std::string table_head(const std::vector<std::string>& cells) {
-  std::string line = table_row(cells) + "|";
-  for (std::size_t i = 0; i < cells.size(); ++i) line += " --- |";
-  return line + "\n";
-}
 
 double with_build(const PictureResult& r) { return r.build_seconds + r.render_seconds; }
 

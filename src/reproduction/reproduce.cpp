@@ -9,6 +9,7 @@
 #include "io/image_write.h"
 #include "io/read_particles.h"
 #include "reproduction/document.h"
+#include "reproduction/output.h"
 #include "reproduction/showcase.h"
 
 namespace embrun {
@@ -59,14 +60,6 @@ class Run {
   Findings findings_;
   int done_ = 0, total_ = 0;
 };
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder))
-    throw Error(fmt::format("{}: cannot make this folder: {}", folder.string(),
-                            error ? error.message() : "there is a file of that name"));
-}
 
 void Run::prepare() {
   const auto water = find_particles(options_.data, "dam_break");

@@ -1,11 +1,9 @@
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "base/error.h"
 #include "embrun/reproduce.h"
@@ -14,6 +12,8 @@
 #include "io/read_particles.h"
 #include "measure/splat_bench.h"
 #include "particles/splat_cloud.h"
+#include "render/render_loop.h"
+#include "reproduction/output.h"
 
 namespace embrun {
 namespace {
@@ -189,12 +189,6 @@ bool SplatRun::measure(const ThesisCloud& cloud, int number) {
   return true;
 }
 
-std::string row(std::initializer_list<std::string> cells) {
-  std::string line = "|";
-  for (const std::string& cell : cells) line += " " + cell + " |";
-  return line + "\n";
-}
-
 std::string time_of(double ns) {
   return ns < 1e4   ? fmt::format("{:.0f} ns", ns)
          : ns < 1e7 ? fmt::format("{:.1f} us", ns / 1e3)
@@ -209,21 +203,20 @@ std::string SplatRun::table(const CloudResult& r) const {
       r.cloud->name, r.cloud->what, r.splats, r.least_radius, r.greatest_radius,
       r.closed ? "a closed cloud (both phases)" : "an open cloud (the near phase alone)", r.rays, 100 * r.hits,
       r.tree_seconds);
-  text += row({"spheres", "grid", "early outs", "a ray", "a disc", "faster than none"});
-  text += row({"---", "---", "---", "---", "---", "---"});
+  text += table_head({"spheres", "grid", "early outs", "a ray", "a disc", "faster than none"});
   for (int bits = 0; bits < 8; ++bits) {
     const auto mark = [&](int bit) { return std::string((bits & bit) != 0 ? "on" : "-"); };
     // Where a grid is, not every disc is tested.
     const std::string per_disc =
         (bits & 2) != 0 ? "-" : fmt::format("{:.2f} ns", r.thesis_ns[bits] / static_cast<double>(r.splats));
-    text += row({mark(1), mark(2), mark(4), time_of(r.thesis_ns[bits]), per_disc,
-                 fmt::format("{:.3g}", r.plain() / r.thesis_ns[bits])});
+    text += table_row({mark(1), mark(2), mark(4), time_of(r.thesis_ns[bits]), per_disc,
+                       fmt::format("{:.3g}", r.plain() / r.thesis_ns[bits])});
   }
   for (std::size_t i = 0; i < std::size(others); ++i) {
     const std::string per_disc = others[i].kind == SplatSearchKind::blocks
                                      ? fmt::format("{:.2f} ns", r.other_ns[i] / static_cast<double>(r.splats))
                                      : "-";
-    text += row(
+    text += table_row(
         {others[i].what, "", "", time_of(r.other_ns[i]), per_disc, fmt::format("{:.3g}", r.plain() / r.other_ns[i])});
   }
   // The share of an acceleration: of the logarithm of the whole gain, what is lost where it alone is off.
@@ -255,15 +248,14 @@ std::string SplatRun::document() const {
     text += fmt::format("- **{} is not in the folder of the data: its cloud was left out.**\n", file);
   if (!missing_.empty()) text += "\n";
   text += "## Figure 29: what the accelerations gain\n\n";
-  text += row({"cloud", "splats", "plain loop", "its ns per disc", "8 lanes: ns per disc", "thesis's three",
-               "thesis says", "tree", "Embree / tree"});
-  text += row({"---", "---", "---", "---", "---", "---", "---", "---", "---"});
+  text += table_head({"cloud", "splats", "plain loop", "its ns per disc", "8 lanes: ns per disc", "thesis's three",
+                      "thesis says", "tree", "Embree / tree"});
   for (const CloudResult& r : results_) {
     const auto n = static_cast<double>(r.splats);
-    text += row({r.cloud->name, std::to_string(r.splats), time_of(r.plain()), fmt::format("{:.2f}", r.plain() / n),
-                 fmt::format("{:.2f}", r.other_ns[0] / n), fmt::format("{:.3g}x", r.plain() / r.thesis_ns[7]),
-                 fmt::format("{:g}x", r.cloud->ratio), fmt::format("{:.3g}x", r.plain() / r.tree()),
-                 fmt::format("{:.2f}", r.embree() / r.tree())});
+    text += table_row({r.cloud->name, std::to_string(r.splats), time_of(r.plain()),
+                       fmt::format("{:.2f}", r.plain() / n), fmt::format("{:.2f}", r.other_ns[0] / n),
+                       fmt::format("{:.3g}x", r.plain() / r.thesis_ns[7]), fmt::format("{:g}x", r.cloud->ratio),
+                       fmt::format("{:.3g}x", r.plain() / r.tree()), fmt::format("{:.2f}", r.embree() / r.tree())});
   }
   text +=
       "\n![Figure 29: the time of a ray with the thesis's accelerations on and off, with the tree and with "
@@ -308,16 +300,9 @@ void SplatRun::write_chart() const {
 }
 
 ReproduceReport SplatRun::go() {
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error || !fs::is_directory(folder_))
-    throw Error(fmt::format("{}: cannot make this folder: {}", folder_.string(),
-                            error ? error.message() : "there is a file of that name"));
+  make_folder(folder_);
   if (!options_.data.empty() && !fs::is_directory(options_.data))
     throw Error(fmt::format("{}: there is no such folder of scans", options_.data));
-  std::optional<tbb::global_control> limit;
-  if (options_.threads > 0)
-    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options_.threads));
   ReproduceReport report;
   for (std::size_t i = 0; i < std::size(clouds); ++i) {
     if (measure(clouds[i], static_cast<int>(i))) continue;
@@ -334,7 +319,9 @@ ReproduceReport SplatRun::go() {
 }  // namespace
 
 ReproduceReport reproduce_splats(const ReproduceSplatsOptions& options, const ReproduceHooks& hooks) {
-  return SplatRun(options, hooks).go();
+  ReproduceReport report;
+  run_on_threads(options.threads, [&] { report = SplatRun(options, hooks).go(); });
+  return report;
 }
 
 }  // namespace embrun
