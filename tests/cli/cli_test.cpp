@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -288,10 +287,8 @@ TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
 }
 
 // After its last refraction a path goes straight on, here where two sheets meet: once it crossed them in turn 2000 times.
-// Paths where that happens change with every rounding: these are of the instruction set that all machines have, and some of
-// them cross several times still.
+// Paths where that happens change with every rounding: these are of the instruction set that all machines have.
 TEST_F(Cli, GoesStraightOnThroughSheetsThatMeet) {
-  int inside = 0;
   for (const char* path :
        {"52,64,1,1 --first-sample 10", "106,109,1,1 --first-sample 21", "89,83,1,1 --first-sample 32",
         "64,94,1,1 --first-sample 40", "66,104,1,1 --first-sample 71"}) {
@@ -304,9 +301,8 @@ TEST_F(Cli, GoesStraightOnThroughSheetsThatMeet) {
               0);
     const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
     EXPECT_EQ(report["bad_samples"]["count"], 0) << path;
-    inside += report["rays"]["secondary_inside"]["count"].get<int>();
+    EXPECT_GT(report["rays"]["secondary_inside"]["count"], 10) << path;
   }
-  EXPECT_GT(inside, 10);
 }
 
 TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
@@ -609,129 +605,6 @@ TEST_F(Cli, AnInterruptWritesWhatThereIs) {
   const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
   EXPECT_TRUE(report["picture"]["interrupted"]);
   EXPECT_GT(report["picture"]["samples"], 0);
-}
-
-// ---- scene files -------------------------------------------------------------------------------------------------
-
-/// A sphere of parameter r before white, and the particles beside the file.
-constexpr const char* scene_text =
-    "<scene version=\"3.0.0\">\n<default name=\"r\" value=\"0.5\"/>\n"
-    "<sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"0.3,0.5,4\" target=\"0.3,0.5,0\" "
-    "up=\"0,1,0\"/></transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/><integer name=\"height\" "
-    "value=\"30\"/></film><sampler type=\"sobol\"><integer name=\"sample_count\" value=\"3\"/></sampler></sensor>\n"
-    "<emitter type=\"constant\"/>\n<shape type=\"sphere\"><float name=\"radius\" value=\"$r\"/></shape>\n"
-    "<shape type=\"particles\"><string name=\"filename\" value=\"water.xyz\"/></shape>\n</scene>\n";
-
-class SceneCli : public Cli {
- protected:
-  void SetUp() override {
-    Cli::SetUp();
-    fs::create_directories(folder / "scenes");
-    fs::copy(folder / "water.xyz", folder / "scenes" / "water.xyz");
-    std::ofstream(folder / "scenes" / "scene.xml") << scene_text;
-  }
-};
-
-TEST_F(SceneCli, RendersAsTheFileSays) {
-  const Outcome outcome = run("render scenes/scene.xml -o x.png --json r.json");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Image image = read_image(folder / "x.png");
-  EXPECT_EQ(image.width, 40);
-  EXPECT_EQ(image.height, 30);
-  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
-  EXPECT_EQ(report["picture"]["samples_per_pixel"], 3);
-  EXPECT_EQ(report["particles"]["count"], 217);
-}
-
-TEST_F(SceneCli, FlagsAndParametersOverrule) {
-  const Outcome outcome = run("render scenes/scene.xml -o x.png --size 20x16 --spp 2 --seed 7 -D r=0.1 --json r.json");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(read_image(folder / "x.png").width, 20);
-  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
-  EXPECT_EQ(report["picture"]["samples_per_pixel"], 2);
-  EXPECT_EQ(report["picture"]["seed"], 7);
-  const Outcome crop = run("render scenes/scene.xml -o y.pfm --crop 3,4,5,6 -q");
-  EXPECT_EQ(crop.exit_code, 0) << crop.err;
-  EXPECT_EQ(read_image(folder / "y.pfm").height, 6);
-}
-
-TEST_F(SceneCli, MistakesAreToldApart) {
-  expect_refused("render scenes/scene.xml -o x.png --radius 1", 2, "--radius: a scene file says that itself");
-  expect_refused("render scenes/scene.xml -o x.png -D r", 2, "--define: \"r\" is not name=value");
-  expect_refused("render water.xyz -o x.png -D r=1", 2, "only a scene file has parameters");
-  expect_refused("render scenes/scene.xml -o x.png -D q=1", 1, "nothing in it uses the parameter $q");
-  expect_refused("render scenes/scene.xml -o x.png -D r=wide", 1, "scene.xml: line 5: float: 'radius' is 'wide'");
-  expect_refused("render scenes/scene.xml -o x.png --crop 39,0,5,5", 1, "crop 39,0,5,5 does not lie within");
-  expect_refused("render none.xml -o x.png", 1, "none.xml: cannot open");
-  expect_refused("render scenes/scene.xml", 2, "--output is required");
-}
-
-TEST_F(SceneCli, DumpsWhatWasUnderstood) {
-  const Outcome dump = run("scene scenes/scene.xml -D r=0.25 --dump");
-  EXPECT_EQ(dump.exit_code, 0) << dump.err;
-  EXPECT_NE(dump.out.find("<float name=\"radius\" value=\"0.25\"/>"), std::string::npos) << dump.out;
-  EXPECT_NE(dump.out.find(path("scenes/water.xyz")), std::string::npos) << dump.out;
-  // It is the same from elsewhere, and dumps to itself.
-  std::ofstream(folder / "again.xml") << dump.out;
-  EXPECT_EQ(run("scene again.xml --dump").out, dump.out);
-  EXPECT_EQ(run("scene scenes/scene.xml").exit_code, 0);
-}
-
-TEST_F(SceneCli, FlagsBecomeASceneFile) {
-  const std::string flags = " --size 24x18 --spp 2 --order 2 --floor checker -q";
-  EXPECT_EQ(run("render water.xyz --write-scene water.xml" + flags).exit_code, 0);
-  EXPECT_EQ(run("render water.xyz -o x.pfm" + flags).exit_code, 0);
-  EXPECT_EQ(run("render water.xml -o y.pfm -q").exit_code, 0);
-  EXPECT_EQ(read_image(folder / "x.pfm").pixels, read_image(folder / "y.pfm").pixels);
-}
-
-/// A sphere's 2,000 points along a spiral, without normals; `extra` ends each line.
-void write_ball(const fs::path& file, const std::string& header, const std::string& extra) {
-  std::ofstream points(file);
-  points << header << '\n';
-  for (int i = 0; i < 2000; ++i) {
-    const double y = 1 - (2 * i + 1) / 2000.0, angle = 2.39996322972865332 * i, r = std::sqrt(1 - y * y);
-    points << r * std::cos(angle) << ' ' << y << ' ' << r * std::sin(angle) << extra << '\n';
-  }
-}
-
-TEST_F(Cli, AScanIsASurfaceOnTheFloor) {
-  write_ball(folder / "ball.xyz", "x y z red green blue", " 255 0 0");
-  const Outcome outcome = run("render ball.xyz -o a.pfm --json r.json" + small);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* words : {"taken for a scan: the file has the attribute color", "colours: from the file",
-                            "normals: estimated from 16 neighbours, outwards", "closed: yes"})
-    EXPECT_NE(outcome.out.find(words), std::string::npos) << words << outcome.out;
-  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
-  EXPECT_NEAR(report["floor_height"], -1, 0.01);
-  EXPECT_FALSE(report["scan"].empty());
-  // The middle of the picture is a red ball.
-  ASSERT_EQ(run("render ball.xyz -o albedo.pfm --layer albedo" + small).exit_code, 0);
-  const Image albedo = read_image(folder / "albedo.pfm");
-  const std::size_t middle = (static_cast<std::size_t>(albedo.height / 2) * static_cast<std::size_t>(albedo.width) +
-                              static_cast<std::size_t>(albedo.width / 2)) *
-                             3;
-  EXPECT_NEAR(albedo.pixels[middle], 1, 1e-3f);
-  EXPECT_NEAR(albedo.pixels[middle + 1], 0, 1e-3f);
-  // The scene file says the same.
-  ASSERT_EQ(run("render ball.xyz -o b.pfm --write-scene ball.xml" + small).exit_code, 0);
-  ASSERT_EQ(run("render ball.xml -o b.pfm").exit_code, 0);
-  EXPECT_EQ(content_of(folder / "a.pfm"), content_of(folder / "b.pfm"));
-}
-
-TEST_F(Cli, WhatPointsAreMayBeSaid) {
-  write_ball(folder / "ball.xyz", "x y z", "");
-  EXPECT_NE(run("info ball.xyz").out.find("2000 points of a surface"), std::string::npos);
-  EXPECT_NE(run("info ball.xyz --points fluid").out.find("2000 particles"), std::string::npos);
-  EXPECT_NE(run("info water.xyz --points surface").out.find("taken for a scan: as asked"), std::string::npos);
-  const Outcome info = run("info ball.xyz --sensor 0,0,9 --splat-radius 0.2 --closed no");
-  EXPECT_NE(info.out.find("towards the sensor at (0, 0, 9)"), std::string::npos) << info.out;
-  EXPECT_NE(info.out.find("splat radius: 0.2 m"), std::string::npos);
-  EXPECT_NE(info.out.find("closed: no, as asked"), std::string::npos);
-  EXPECT_EQ(run("render ball.xyz -o x.pfm --points fluid" + small).exit_code, 0);
-  expect_refused("render ball.xyz -o x.pfm --extinction 3" + small, 1, "that is for fluids");
-  expect_refused("render ball.xyz -o x.pfm --closed perhaps" + small, 2, "perhaps");
-  expect_refused("info ball.xyz --sensor 1,2", 2, "--sensor");
 }
 
 }  // namespace
