@@ -56,6 +56,7 @@ struct CellCrossing {
   float t;
   SurfaceBranch branch;
   bool placed = false;   ///< t is exact, and the rest is known
+  float curve = 0.0f;    ///< what F'' is thought to be
   FieldNormals normals;  ///< there
   float reach;           ///< grid units within which the normals' rise and fall hold
 };
@@ -77,7 +78,9 @@ EMBRUN_LOCAL_FN void place_crossing(const ImplicitSurfaceView& s, const SurfaceC
     c.normals = field_normals<kernel, branch, equal_radii, !bounds_known>(s, cell, origin + direction * c.t, c.reach);
     // A last step of Newton's; the normals of where it starts do if it is short.
     const float slope = -dot(c.normals.gradient, direction);
-    const float step = (inside ? slope < 0.0f : slope > 0.0f) ? -c.normals.value / slope : 0.0f;
+    const float step = (inside ? slope < 0.0f : slope > 0.0f)
+                           ? step_to_zero(c.normals.value, slope, inside ? -c.curve : c.curve)
+                           : 0.0f;
     const float longest = min_of(0.1f, 0.5f / max_of(fabsf(slope), 1e-6f));
     c.t = max_of(c.t + clamp(step, -longest, longest), 0.0f);
     if (fabsf(step) <= crossing_tolerance) break;
@@ -123,6 +126,7 @@ EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const Surf
   if (behind > reach) return Settled::out_of_reach;
   crossing.branch = branch;
   crossing.placed = false;
+  crossing.curve = curve;
   crossing.normals = field_normals<kernel, branch, equal_radii, true>(s, cell, origin + direction * guess, reach);
   const FieldNormals& n = crossing.normals;
   const float value = sign * n.value, slope = -sign * dot(n.gradient, direction);
@@ -152,8 +156,7 @@ EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const Surf
     if (-first > behind || -first > slope / down || (slope + root) / up < behind) return Settled::open;
     last = -2.0f * value / (slope + sqrtf(slope * slope + 2.0f * down * value));
   }
-  const float disc = slope * slope - 2.0f * curve * value;
-  const float step = clamp(disc > 0.0f ? -2.0f * value / (slope + sqrtf(disc)) : -value / slope, first, last);
+  const float step = clamp(step_to_zero(value, slope, curve), first, last);
   crossing.t = at + step;
   crossing.reach = reach - fabsf(step);
   crossing.placed = true;
@@ -182,6 +185,7 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   }
   crossing.branch = branch;
   crossing.placed = false;
+  crossing.curve = 2.0f * model.p2;
   return first_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, model, slack, low, high, guess,
                                                      starts_on_surface, nullptr, crossing.t);
 }
@@ -192,10 +196,10 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
                                         const Vec3& direction, float sign, float low, float high,
                                         bool starts_on_surface, const FieldOnLine* at_low, CellCrossing& crossing) {
   constexpr SurfaceBranch branch = SurfaceBranch::recovered;
+  if (sign > 0.0f && most_recovered<kernel, equal_radii>(s, cell, origin, direction, low, high) < 0.9999f) return false;
   const RecoveredSpan span = recovered_span<kernel, equal_radii>(s, cell, origin, direction);
   float guess = span.ball_exit > low ? min_of(span.ball_exit, high) : low;
   if (sign > 0.0f) {
-    if (span.most < 0.9999f) return false;
     low = max_of(low, span.begin);
     high = min_of(high, span.end);
     if (low > high) return false;
@@ -211,6 +215,7 @@ EMBRUN_LOCAL_FN bool recovered_crossing(const ImplicitSurfaceView& s, const Surf
   }
   crossing.branch = branch;
   crossing.placed = false;
+  crossing.curve = 0.0f;
   const Parabola none{0.0f, 0.0f, 0.0f};
   return first_crossing<kernel, branch, equal_radii>(s, cell, origin, direction, sign, none, 1.0f, low, high, guess,
                                                      starts_on_surface, at_low, crossing.t);
@@ -259,20 +264,23 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // Inside: the ray leaves where both fields are under their thresholds. Follow one, then the other; where a field is
   // under its threshold already, its crossing is found at once.
   const float begin = low;
-  hit = {low, SurfaceBranch::main, false, {}, 0.0f};
+  hit = {low, SurfaceBranch::main, false, 0.0f, {}, 0.0f};
   for (int i = 0; i < 16; ++i) {
     if (has_main) {
-      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, model, max_of(low, start.clear_main),
-                                              high, main_start && i == 0, other)) {
+      const float from = max_of(low, start.clear_main);
+      if (!main_crossing<kernel, equal_radii>(s, cell, origin, direction, -1.0f, model, from, high,
+                                              main_start && i == 0, other)) {
         return false;
       }
+      // Where it is under its threshold from the start on, its end is behind and of no use.
+      const bool ends_here = other.t > from;
       if (i > 0 && other.t <= low + crossing_tolerance) {
         // Both end here; the later one by their exact places is the surface.
-        place(other, -infinity, infinity);
+        if (ends_here) place(other, -infinity, infinity);
         if (other.t > low && other.t <= min_of(low + 2.0f * crossing_tolerance, high)) hit = other;
         return true;
       }
-      if (has_recovered && !other.placed &&
+      if (has_recovered && !other.placed && ends_here &&
           fabsf(field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, cell, origin + direction * other.t)) <
               close_to_surface) {
         place(other, low, high);
@@ -283,7 +291,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
     if (!has_recovered) return true;
     if (start.clear_recovered > low) {
       low = start.clear_recovered;
-      hit = {low, SurfaceBranch::recovered, false, {}, 0.0f};
+      hit = {low, SurfaceBranch::recovered, false, 0.0f, {}, 0.0f};
     }
     if (low > high) return false;
     const bool at_begin = i == 0 && low <= begin + crossing_tolerance;
@@ -304,7 +312,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       if (value <= 0.0f && !(may_start && starts)) {
         // Rounding put the ray across before it began: through the surface that is the nearer one.
         if (at_begin && !(has_main && field_value<kernel, SurfaceBranch::main, equal_radii>(s, cell, y) >= value))
-          hit = {low, SurfaceBranch::recovered, false, {}, 0.0f};
+          hit = {low, SurfaceBranch::recovered, false, 0.0f, {}, 0.0f};
         return true;
       }
       at_low = &r;

@@ -209,10 +209,25 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
           sum_lanes(fall) * scale};
 }
 
+/// Bound on D'/T' from `low` to `high` along a line: each particle at its nearest.
+template <Kernel kernel, bool equal_radii>
+EMBRUN_LOCAL_FN float most_recovered(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
+                                     const Vec3& d, float low, float high) {
+  const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
+  RegisterLanes most = RegisterLanes(0.0f);
+  const int groups = group_count<SurfaceBranch::recovered>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
+    const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
+    const RegisterLanes nearest = max_of(min_of(ahead, p.inverse_influence * high), p.inverse_influence * low);
+    most += KernelLanes<kernel>::value(squared_distance_of_line(p, nearest, d)) * p.weight;
+  }
+  return sum_lanes(most) * s.recovered_inverse_threshold;
+}
+
 /// The recovered field along a line, seen from the particles one by one.
 struct RecoveredSpan {
   float begin, end;             ///< where it can be felt
-  float most;                   ///< bound on D'/T'
   float densest;                ///< where the particles are nearest, by weight
   float ball_entry, ball_exit;  ///< of the balls that they are when alone; infinite or minus infinite if all are missed
 };
@@ -224,7 +239,7 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
   const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
   const RegisterLanes nowhere = RegisterLanes(infinity), before = RegisterLanes(-infinity), zero = RegisterLanes(0.0f);
   const RegisterLanes edge = RegisterLanes(support * support), ball = RegisterLanes(0.25f);
-  RegisterLanes begin = nowhere, end = before, entry = nowhere, exit = before, most = zero, moment = zero;
+  RegisterLanes begin = nowhere, end = before, entry = nowhere, exit = before, total = zero, moment = zero;
   const int groups = group_count<SurfaceBranch::recovered>(cell);
   for (int i = 0; i < groups; ++i) {
     const ParticleLanes p = load_group<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
@@ -241,13 +256,11 @@ EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const
     entry = min_of(entry, select_less(beside, ball, (ahead - ball_half) * radius, nowhere));
     exit = max_of(exit, select_less(beside, ball, (ahead + ball_half) * radius, before));
     const RegisterLanes share = KernelLanes<kernel>::value(beside) * p.weight;
-    most += share;
+    total += share;
     moment += share * ahead * radius;
   }
-  const float total = sum_lanes(most);
-  return {
-      min_lane(begin), max_lane(end), total * s.recovered_inverse_threshold, sum_lanes(moment) / max_of(total, 1e-12f),
-      min_lane(entry), max_lane(exit)};
+  return {min_lane(begin), max_lane(end), sum_lanes(moment) / max_of(sum_lanes(total), 1e-12f), min_lane(entry),
+          max_lane(exit)};
 }
 
 }  // namespace embrun

@@ -47,6 +47,13 @@ EMBRUN_FN float likely_crossing(const Parabola& p, float low, float high) {
   return p.at(high) > p.at(low) ? high : low;
 }
 
+/// The step from where a function has `value` and the slope `slope` to its zero, if it is a parabola of second derivative
+/// `curve`; Newton's where that parabola has none.
+EMBRUN_FN float step_to_zero(float value, float slope, float curve) {
+  const float disc = slope * slope - 2.0f * curve * value;
+  return disc > 0.0f ? -2.0f * value / (slope + copysignf(sqrtf(disc), slope)) : -value / slope;
+}
+
 /// F at t of a ray, and -down <= F'' <= up from where is asked about to `end`.
 struct LineExpansion {
   float t, value, slope, up, down, end;
@@ -152,7 +159,8 @@ EMBRUN_LOCAL_FN bool first_crossing(const ImplicitSurfaceView& s, const SurfaceC
       const bool monotone = sure <= f.end && f.slope > 2.0f * max_of(f.up, f.down) * max_of(f.t - low, sure - f.t);
       if (width <= tolerance || monotone) {
         // F is at 0 or above at `low` already where Newton's step leads back beyond it.
-        t_hit = newton < sure ? max_of(newton, low) : 0.5f * (low + sure);
+        const float zero = f.slope > 0.0f ? f.t + step_to_zero(f.value, f.slope, 2.0f * model.p2) : infinity;
+        t_hit = zero < sure ? max_of(zero, low) : 0.5f * (low + sure);
         return t_hit <= high;
       }
       // A crossing is in (low, sure]. Newton, unless it leaves the bracket or has stopped gaining.
