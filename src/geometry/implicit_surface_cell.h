@@ -112,9 +112,9 @@ enum class Settled {
 };
 EMBRUN_FN bool is_settled(Settled s) { return s == Settled::no_crossing || s == Settled::crossing; }
 
-/// Settles by one evaluation at `guess` whether and where F = sign * g crosses 0 first in [low, high], if it can: with
-/// the normals that a hit needs, and bounds that hold in all directions. They are looser than those of first_crossing,
-/// but nearly always enough, since a model says where the crossing is. If it cannot, moves `low` to where F is known to
+/// Settles by one evaluation at `guess` whether and where F = sign * g crosses 0 first in [low, high], if it can, and
+/// places the crossing. The bounds hold in all directions: looser and cheaper than those of first_crossing, they are nearly
+/// always enough, since a model says where the crossing is. If it cannot, moves `low` to where F is known to
 /// be below 0 up to, and `guess` to where to look next, or beyond `high`: wherever the model says. Where `low` is farther
 /// back than the bounds reach, nothing is evaluated or moved. `curve`: what F'' is thought to be.
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
@@ -127,11 +127,11 @@ EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const Surf
   crossing.branch = branch;
   crossing.placed = false;
   crossing.curve = curve;
-  crossing.normals = field_normals<kernel, branch, equal_radii, true>(s, cell, origin + direction * guess, reach);
-  const FieldNormals& n = crossing.normals;
-  const float value = sign * n.value, slope = -sign * dot(n.gradient, direction);
-  const float up = max_of(sign > 0.0f ? n.rise : n.fall, 1e-12f);
-  const float down = max_of(sign > 0.0f ? n.fall : n.rise, 1e-12f);
+  const FieldOnLine g =
+      field_around<kernel, branch, equal_radii>(s, cell, origin + direction * guess, direction, reach);
+  const float value = sign * g.value, slope = sign * g.slope;
+  const float up = max_of(sign > 0.0f ? g.up : g.down, 1e-12f);
+  const float down = max_of(sign > 0.0f ? g.down : g.up, 1e-12f);
   guess = low;
   float first, last;  // the crossing is between these distances from the guess
   if (value < 0.0f) {
@@ -159,9 +159,9 @@ EMBRUN_LOCAL_FN Settled settle_at_guess(const ImplicitSurfaceView& s, const Surf
   const float step = clamp(step_to_zero(value, slope, curve), first, last);
   crossing.t = at + step;
   crossing.reach = reach - fabsf(step);
-  crossing.placed = true;
-  if (fabsf(step) > crossing_tolerance)
-    place_crossing<kernel, branch, equal_radii, true>(s, cell, origin, direction, sign < 0.0f, crossing);
+  crossing.normals.rise = g.up;
+  crossing.normals.fall = g.down;
+  place_crossing<kernel, branch, equal_radii, true>(s, cell, origin, direction, sign < 0.0f, crossing);
   return Settled::crossing;
 }
 

@@ -106,6 +106,42 @@ EMBRUN_FN RegisterLanes squared_distance_of_line(const ParticleLanes& p, Registe
   return x * x + y * y + z * z;
 }
 
+/// Sums of particles' kernels along a line to a field's. Where radii are equal they are scaled in the end.
+template <SurfaceBranch branch, bool equal_radii>
+struct LineSums {
+  static constexpr bool scaled_after = equal_radii && branch == SurfaceBranch::main;
+  RegisterLanes value = RegisterLanes(0.0f), slope = value, up = value, down = value;
+
+  EMBRUN_FN void add(const ParticleLanes& p, const LineLanes<RegisterLanes>& f) {
+    if constexpr (scaled_after) {
+      value += f.value;
+      slope += f.slope;
+      up += f.up;
+      down += f.down;
+    } else {
+      RegisterLanes first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
+      if constexpr (branch == SurfaceBranch::recovered) {
+        value += f.value * p.weight;
+        first = first * p.weight;
+        second = second * p.weight;
+      } else {
+        value += f.value;
+      }
+      slope += f.slope * first;
+      up += f.up * second;
+      down += f.down * second;
+    }
+  }
+
+  EMBRUN_FN FieldOnLine total(const ImplicitSurfaceView& s) const {
+    const float scale = inverse_threshold<branch>(s);
+    const float per_radius = scaled_after ? s.inverse_influence : 1.0f;
+    const float first = scale * per_radius, second = first * per_radius;
+    return {sum_lanes(value) * scale - 1.0f, sum_lanes(slope) * first, sum_lanes(up) * second,
+            sum_lanes(down) * second};
+  }
+};
+
 /// How far the bounds of field_on_line hold.
 enum class BoundsFor {
   line,     ///< everywhere in the cell
@@ -116,7 +152,7 @@ template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bound
 EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                           const Vec3& d, float begin, float end) {
   const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
-  RegisterLanes value = RegisterLanes(0.0f), slope = value, up = value, down = value;
+  LineSums<branch, equal_radii> sum;
   const int groups = group_count<branch>(cell);
   for (int i = 0; i < groups; ++i) {
     const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
@@ -124,36 +160,14 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
     const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
     const RegisterLanes aside =
         equal_radii ? max_of(q - ahead * ahead, RegisterLanes(0.0f)) : squared_distance_of_line(p, ahead, d);
-    LineLanes<RegisterLanes> f;
     if constexpr (bounds == BoundsFor::segment) {
-      f = KernelLanes<kernel>::on_segment(q, ahead, aside, p.inverse_influence * begin, p.inverse_influence * end);
+      sum.add(p,
+              KernelLanes<kernel>::on_segment(q, ahead, aside, p.inverse_influence * begin, p.inverse_influence * end));
     } else {
-      f = KernelLanes<kernel>::on_line(q, ahead, aside);
-    }
-    RegisterLanes first = p.inverse_influence, second = p.inverse_influence * p.inverse_influence;
-    if constexpr (branch == SurfaceBranch::recovered) {
-      f.value = f.value * p.weight;
-      first = first * p.weight;
-      second = second * p.weight;
-    }
-    value += f.value;
-    if constexpr (equal_radii && branch == SurfaceBranch::main) {
-      slope += f.slope;
-      up += f.up;
-      down += f.down;
-    } else {
-      slope += f.slope * first;
-      up += f.up * second;
-      down += f.down * second;
+      sum.add(p, KernelLanes<kernel>::on_line(q, ahead, aside));
     }
   }
-  const float scale = inverse_threshold<branch>(s);
-  float first = scale, second = scale;
-  if constexpr (equal_radii && branch == SurfaceBranch::main) {
-    first *= s.inverse_influence;
-    second *= s.inverse_influence * s.inverse_influence;
-  }
-  return {sum_lanes(value) * scale - 1.0f, sum_lanes(slope) * first, sum_lanes(up) * second, sum_lanes(down) * second};
+  return sum.total(s);
 }
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
@@ -207,6 +221,26 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
           Vec3{sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)} * scale,
           sum_lanes(rise) * scale,
           sum_lanes(fall) * scale};
+}
+
+/// The field and its derivative along the unit vector `d`, with bounds that hold within the distance `within` in every
+/// direction.
+template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
+EMBRUN_LOCAL_FN FieldOnLine field_around(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
+                                         const Vec3& d, float within) {
+  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
+  LineSums<branch, equal_radii> sum;
+  const int groups = group_count<branch>(cell);
+  for (int i = 0; i < groups; ++i) {
+    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+    const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
+    RegisterLanes f, pull, inverse;
+    KernelLanes<kernel>::value_and_pull(q, f, pull, inverse);
+    const CurvatureLanes<RegisterLanes> bend =
+        KernelLanes<kernel>::curvature_within(q * inverse, p.inverse_influence * within);
+    sum.add(p, {f, pull * (p.x * d.x + p.y * d.y + p.z * d.z), bend.up, bend.down});
+  }
+  return sum.total(s);
 }
 
 /// Bound on D'/T' from `low` to `high` along a line: each particle at its nearest.
