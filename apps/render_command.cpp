@@ -191,6 +191,16 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
   RenderOptions& o = a.options;
   const char* group = "The work";
   c.add_option("--threads", o.threads, "0: all that the machine has")->capture_default_str()->group(group);
+  c.add_option(
+       "--integrator", o.integrator,
+       "how light is followed: path (all of it), whitted (direct light from every light, mirror reflection and "
+       "refraction; nothing is lit by way of another matt surface), ao (ambient occlusion of what is seen, water and "
+       "glass too: white where nothing is near, dark in corners; no lights, no colours, no media)")
+      ->capture_default_str()
+      ->group(group);
+  c.add_option("--ao-distance", o.occlusion_distance, "metres: of ao, what is farther away occludes nothing")
+      ->default_str("no limit")
+      ->group(group);
   c.add_option("--max-depth", o.max_depth, "most reflections and refractions of a path")
       ->capture_default_str()
       ->group(group);
@@ -203,7 +213,9 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
   c.add_option(
        "--boundary-nee", o.boundary_nee,
        "how shadow rays meet the surface of water and glass: off (they end there; small lights reach the inside by "
-       "chance alone) or straight (straight on through it: quiet, but biased, as if it did not bend light)")
+       "chance alone), straight (straight on through it: quiet, but biased, as if it did not bend light), or auto "
+       "(straight "
+       "with --integrator whitted, else off)")
       ->capture_default_str()
       ->group(group);
   c.add_option(
@@ -263,10 +275,11 @@ void parse_text(RenderArguments& a) {
 
 /// What may be said of a scene file on the command line; the rest it says itself.
 constexpr const char* scene_options[] = {
-    "--output",      "--size",         "--crop",           "--spp",          "--seed",        "--layer",
-    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads",     "--max-depth",
-    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",       "--write-scene",
-    "--json",        "--quiet",        "--representation", "--mesh-cell",    "--density-cell"};
+    "--output",         "--size",      "--crop",         "--spp",          "--seed",
+    "--layer",          "--exposure",  "--tone",         "--filter",       "--denoise",
+    "--threads",        "--max-depth", "--refractions",  "--first-sample", "--define",
+    "--boundary-nee",   "--clamp",     "--write-scene",  "--json",         "--quiet",
+    "--representation", "--mesh-cell", "--density-cell", "--integrator",   "--ao-distance"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -287,6 +300,8 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--spp")) scene.samples = o.samples;
   if (given("--max-depth")) scene.max_depth = o.max_depth;
   if (given("--refractions")) scene.refractions = o.refractions;
+  if (given("--integrator")) scene.integrator = o.integrator;
+  scene.occlusion_distance = o.occlusion_distance;
   if (given("--boundary-nee")) scene.boundary_nee = o.boundary_nee;
   if (given("--clamp")) scene.clamp = o.clamp.value_or(std::numeric_limits<double>::infinity());
   if (given("--seed")) scene.seed = o.seed;

@@ -57,12 +57,15 @@ struct RenderOptions {
   std::uint32_t seed = 0;
   int threads = 0;             ///< 0: as many as the machine has
   std::string filter = "box";  ///< of a pixel: box, tent, gaussian, blackman-harris
-  int max_depth = 256;         ///< scattering events of a path
-  int refractions = -1;        ///< after that many a ray goes straight on; -1: any number
+  /// path: all light. whitted: direct light, mirror reflection and refraction. ao: ambient occlusion, which needs no light.
+  std::string integrator = "path";
+  std::optional<double> occlusion_distance;  ///< of ao: what is farther away occludes nothing, metres; none: no limit
+  int max_depth = 256;                       ///< scattering events of a path
+  int refractions = -1;                      ///< after that many a ray goes straight on; -1: any number
   /// How shadow rays meet interfaces. off: they end there, and small lights reach the inside by chance alone. straight:
   /// they go straight on, with Fresnel's and the medium's transmittance; quiet, but biased: light comes from where it would
-  /// come without refraction.
-  std::string boundary_nee = "off";
+  /// come without refraction. auto: straight for whitted, which has no other light in water, off for the others.
+  std::string boundary_nee = "auto";
   /// Most radiance that light found after the first scattering may bring to a sample, per channel; biased. None: no limit.
   std::optional<double> clamp;
 
@@ -136,6 +139,8 @@ struct SceneInput {
   std::optional<std::array<int, 2>> size;                       ///< without a crop, all of it is rendered
   std::optional<std::array<int, 4>> crop;
   std::optional<int> samples, max_depth, refractions;
+  std::optional<std::string> integrator;
+  std::optional<double> occlusion_distance;
   std::optional<std::string> boundary_nee;
   std::optional<double> clamp;
   std::optional<std::uint32_t> seed;

@@ -100,14 +100,13 @@ EMBRUN_LOCAL_FN bool sample_on_the_way(const PathScene& scene, const PathState& 
   return true;
 }
 
-/// Scatters the path at the collision that its flight found. True when `shadow` is to be traced.
-EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, const MediumCollision& collision,
-                                       ShadowRay& shadow, PathCounters& counters) {
-  Ray& ray = path.ray;
-  const Vec3 point = ray.at(collision.t), wo = -ray.direction;
+/// Begins the path's next event, at the collision that its flight found, and notes the features of the picture. False: the
+/// path is over.
+EMBRUN_LOCAL_FN bool meet_collision(const PathScene& scene, PathState& path, const MediumCollision& collision,
+                                    PathCounters& counters) {
   add_light(scene, path, path.throughput * collision.emission);
 
-  // Features of the picture; a medium has no normal.
+  // A medium has no normal.
   if (!path.has_normal) {
     path.has_normal = true;
     path.first_distance = collision.t;
@@ -125,13 +124,25 @@ EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, 
   path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
   ++counters.scatterings;
   ++counters.collisions;
+  return true;
+}
 
-  const LightSample light = draw_light(scene, path, point);
-  bool lit = light.valid;
-  if (lit) {
-    const float value = eval_phase(collision.phase, wo, light.direction);
-    lit = start_shadow_ray(scene, path, light, point, path.media, grey(value), value, shadow);
-  }
+/// As light_surface, for light drawn for the point of a collision.
+EMBRUN_LOCAL_FN bool light_collision(const PathScene& scene, const PathState& path, const MediumCollision& collision,
+                                     const LightSample& light, bool alone, ShadowRay& shadow) {
+  if (!light.valid) return false;
+  const float value = eval_phase(collision.phase, -path.ray.direction, light.direction);
+  return start_shadow_ray(scene, path, light, path.ray.at(collision.t), path.media, grey(value), alone ? 0.0f : value,
+                          shadow);
+}
+
+/// Scatters the path at the collision that its flight found. True when `shadow` is to be traced.
+EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, const MediumCollision& collision,
+                                       ShadowRay& shadow, PathCounters& counters) {
+  if (!meet_collision(scene, path, collision, counters)) return false;
+  Ray& ray = path.ray;
+  const Vec3 point = ray.at(collision.t), wo = -ray.direction;
+  const bool lit = light_collision(scene, path, collision, draw_light(scene, path, point), false, shadow);
   if (lit && scene.settings.equiangular) {
     // What sample_on_the_way brought already.
     const LampView view = view_of_way(scene, path, collision.way_end,

@@ -4,6 +4,7 @@
 
 #include "camera/camera.h"
 #include "integrators/direction_guide.h"
+#include "lights/integrator_kind.h"
 #include "lights/light_set.h"
 #include "materials/material.h"
 #include "media/grid_medium.h"
@@ -17,6 +18,7 @@ namespace embrun {
 enum class LightStrategy : std::uint8_t { mis, bsdf_only, lights_only };
 
 struct PathSettings {
+  IntegratorKind integrator = IntegratorKind::path;
   std::uint32_t seed = 0;
   SamplerKind sampler = SamplerKind::sobol;
   LightStrategy lights = LightStrategy::mis;
@@ -37,6 +39,8 @@ struct PathSettings {
   bool equiangular = false;
   /// Most radiance that light found after the first event may bring; infinite: no limit.
   float clamp = infinity;
+  /// Of ambient occlusion: what is farther away occludes nothing, metres.
+  float occlusion_distance = infinity;
 };
 
 /// What the stages of a path need besides an intersector: a view of arrays that others own.

@@ -107,18 +107,22 @@ EMBRUN_FN LightHit meet_lamp(const PathScene& scene, const PathState& path, cons
   return sees_no_lights(scene, path) ? LightHit{} : intersect_lights(scene.lights, ray);
 }
 
-/// The path left the scene: adds the light from infinity and ends it.
-EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounters& counters) {
+/// Ends a path that left the scene; its throughput is then that of light from infinity.
+EMBRUN_FN void leave_scene(const PathScene& scene, PathState& path, PathCounters& counters) {
   path.alive = false;
   const int medium = path.media.current();
   // Every body is closed, so only a contradiction gets here from within one. It is taken for crossed.
   if (path.media.counts != 0) ++counters.contradictions;
   if (medium != 0) path.throughput *= radiance_factor(scene, medium, 0);
-  if (!sees_no_lights(scene, path)) {
-    const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
-    add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
-  }
   if (path.has_normal && !path.has_albedo) path.albedo = grey(1.0f);
+}
+
+/// The path left the scene: adds the light from infinity and ends it.
+EMBRUN_LOCAL_FN void escape(const PathScene& scene, PathState& path, PathCounters& counters) {
+  leave_scene(scene, path, counters);
+  if (sees_no_lights(scene, path)) return;
+  const EscapedLight light = escaped_light(scene.lights, path.ray.direction);
+  add_light(scene, path, path.throughput * light.radiance * met_light_weight(scene.settings, path, light.pdf));
 }
 
 /// Light of an emitter that the path met.
@@ -150,11 +154,42 @@ EMBRUN_FN void go_on_behind(Ray& ray, const SceneHit& hit, int passes) {
   ray.t_min = hit.surface.t > ray.t_min ? hit.surface.t : ray.t_min + share * hit.offset;
 }
 
+/// True where a surface is not there for a ray that comes along `direction`.
+EMBRUN_FN bool is_hole(const Material& material, const SceneHit& hit, Vec3 direction) {
+  return material.kind == BsdfKind::null || (material.one_sided && dot(direction, hit.surface.geometric_normal) > 0.0f);
+}
+
 enum class Advance : std::uint8_t {
   ended,     ///< the path is over
   passed,    ///< nothing there that bends light: intersect on from where it is
   scatters,  ///< on to scatter_path
 };
+
+/// Takes the path through the surface that it met, if it goes straight on there; else Advance::scatters, and `behind`
+/// receives the media beyond.
+template <class Intersector>
+EMBRUN_LOCAL_FN Advance pass_straight(const PathScene& scene, const Intersector& intersector, PathState& path,
+                                      const SceneHit& hit, MediaState& behind, PathCounters& counters) {
+  Ray& ray = path.ray;
+  const Material& material = scene.materials[hit.material];
+  bool passes = is_hole(material, hit, ray.direction) || (hit.light >= 0 && sees_no_lights(scene, path));
+  behind = path.media;
+  if (hit.media_class != 0) {
+    behind = media_behind(intersector, ray, hit, path.media, counters);
+    const int here = path.media.current(), beyond = behind.current();
+    const bool matched = scene.media[here].ior == scene.media[beyond].ior;
+    passes = passes || (is_interface(material.kind) && (matched || goes_straight(scene.settings, path)));
+    if (passes && !matched) path.throughput *= radiance_factor(scene, here, beyond);
+  }
+  if (!passes) return Advance::scatters;
+  path.media = behind;
+  go_on_behind(ray, hit, path.passed);
+  if (++path.passed <= max_passes) return Advance::passed;
+  ++counters.stuck;
+  path.alive = false;
+  path.failed = true;
+  return Advance::ended;
+}
 
 /// Takes the path to what its ray met: `found` and `hit` are the intersector's answer. `behind` receives the media
 /// beyond the boundary for Advance::scatters.
@@ -184,28 +219,8 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
     return Advance::ended;
   }
 
-  const Material& material = scene.materials[hit.material];
-  bool passes = material.kind == BsdfKind::null ||
-                (material.one_sided && dot(ray.direction, hit.surface.geometric_normal) > 0.0f) ||
-                (hit.light >= 0 && sees_no_lights(scene, path));
-  behind = path.media;
-  if (hit.media_class != 0) {
-    behind = media_behind(intersector, ray, hit, path.media, counters);
-    const int here = path.media.current(), beyond = behind.current();
-    const bool matched = scene.media[here].ior == scene.media[beyond].ior;
-    passes = passes || (is_interface(material.kind) && (matched || goes_straight(scene.settings, path)));
-    if (passes && !matched) path.throughput *= radiance_factor(scene, here, beyond);
-  }
-  if (passes) {
-    path.media = behind;
-    go_on_behind(ray, hit, path.passed);
-    if (++path.passed <= max_passes) return Advance::passed;
-    ++counters.stuck;
-    path.alive = false;
-    path.failed = true;
-    return Advance::ended;
-  }
-
+  const Advance straight = pass_straight(scene, intersector, path, hit, behind, counters);
+  if (straight != Advance::scatters) return straight;
   if (hit.light >= 0)
     add_met_light(scene, path, emissive_shape_hit(scene.lights, hit.light, ray, t, hit.surface.geometric_normal));
   if (path.depth >= scene.settings.max_depth) {
@@ -216,6 +231,38 @@ EMBRUN_LOCAL_FN Advance advance_path(const PathScene& scene, const Intersector& 
 }
 
 // ---- scatter -----------------------------------------------------------------------------------------------------
+
+/// What a path meets at a surface, ready to scatter.
+struct SurfaceEvent {
+  Bsdf bsdf;
+  SurfaceNormals normals;
+  Vec3 wo;                ///< unit, to where the path came from
+  bool specular = false;  ///< scatters into single directions only
+};
+
+/// Begins the path's next event, at the hit that advance_path took it to, and notes the features of the picture.
+EMBRUN_LOCAL_FN SurfaceEvent meet_surface(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                          const MediaState& behind) {
+  SurfaceEvent event;
+  event.wo = -path.ray.direction;
+  event.normals = {hit.surface.geometric_normal, hit.surface.shading_normal};
+  const bool from_front = dot(event.wo, event.normals.geometric) >= 0.0f;
+  const float relative_index = scene.media[behind.current()].ior / scene.media[path.media.current()].ior;
+  event.bsdf = bsdf_at(material_seen(scene.materials, hit.material, from_front),
+                       {hit.surface.position, hit.uv, hit.tangent, hit.surface.color}, from_front, relative_index);
+  event.specular = is_specular(event.bsdf);
+  path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
+  if (!path.has_normal) {
+    path.has_normal = true;
+    path.first_distance = hit.surface.t;
+    path.first_normal = from_front ? event.normals.shading : -event.normals.shading;
+  }
+  if (!path.has_albedo && !event.specular) {
+    path.has_albedo = true;
+    path.albedo = albedo_of(event.bsdf);
+  }
+  return event;
+}
 
 /// A point off the surface on the side that `direction` leads to.
 EMBRUN_FN Vec3 leave_surface(const SceneHit& hit, Vec3 direction) {
@@ -312,21 +359,21 @@ EMBRUN_LOCAL_FN bool start_shadow_ray(const PathScene& scene, const PathState& p
   return !is_black(shadow.contribution);
 }
 
-/// Draws light for a point that scatters into more than single directions, and fills in the ray that finds out whether it
-/// arrives. `behind` are the media across the surface. False: no light arrives.
-EMBRUN_LOCAL_FN bool sample_light(const PathScene& scene, const PathState& path, const SceneHit& hit, const Bsdf& bsdf,
-                                  const SurfaceNormals& normals, const MediaState& behind, ShadowRay& shadow) {
-  const Vec3 wo = -path.ray.direction;
-  const Vec3 origin = leave_surface(hit, wo);
-  const LightSample light = draw_light(scene, path, origin);
+/// Fills in the ray that finds out whether light drawn for leave_surface(hit, event.wo) arrives at the event. `behind` are
+/// the media across the surface. `alone`: nothing else than light samples finds this light. False: it does not arrive.
+EMBRUN_LOCAL_FN bool light_surface(const PathScene& scene, const PathState& path, const SceneHit& hit,
+                                   const SurfaceEvent& event, const MediaState& behind, const LightSample& light,
+                                   bool alone, ShadowRay& shadow) {
   if (!light.valid) return false;
-  const BsdfValue scatter = evaluate_bsdf(bsdf, normals, wo, light.direction);
+  const Vec3 geometric = event.normals.geometric;
+  const BsdfValue scatter = evaluate_bsdf(event.bsdf, event.normals, event.wo, light.direction);
   if (!(scatter.pdf > 0.0f)) return false;
   // Rough glass is lit from across as well.
-  const bool across = dot(wo, normals.geometric) * dot(light.direction, normals.geometric) < 0.0f;
-  const bool started = start_shadow_ray(
-      scene, path, light, across ? leave_surface(hit, light.direction) : origin, across ? behind : path.media,
-      scatter.value, direction_pdf(scene, guide_of(scene, path, bsdf), scatter.pdf, light.direction), shadow);
+  const bool across = dot(event.wo, geometric) * dot(light.direction, geometric) < 0.0f;
+  const float other_pdf =
+      alone ? 0.0f : direction_pdf(scene, guide_of(scene, path, event.bsdf), scatter.pdf, light.direction);
+  const bool started = start_shadow_ray(scene, path, light, leave_surface(hit, across ? light.direction : event.wo),
+                                        across ? behind : path.media, scatter.value, other_pdf, shadow);
   if (hit.splats >= 0) shadow.ray.clearance = clearance_of_splats(hit.surface, hit.splats);
   return started;
 }
@@ -345,44 +392,22 @@ EMBRUN_FN void play_roulette(const PathScene& scene, PathState& path) {
     path.throughput *= 1.0f / survival;
 }
 
-/// Scatters the path at the hit that advance_path took it to. True when `shadow` is to be traced.
-EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const SceneHit& hit,
-                                  const MediaState& behind, ShadowRay& shadow, PathCounters& counters) {
-  const Vec3 wo = -path.ray.direction;
-  const SurfaceNormals normals{hit.surface.geometric_normal, hit.surface.shading_normal};
-  const bool from_front = dot(wo, normals.geometric) >= 0.0f;
-  const float relative_index = scene.media[behind.current()].ior / scene.media[path.media.current()].ior;
-  const Bsdf bsdf = bsdf_at(material_seen(scene.materials, hit.material, from_front),
-                            {hit.surface.position, hit.uv, hit.tangent, hit.surface.color}, from_front, relative_index);
-  path.key.bounce = static_cast<std::uint32_t>(path.depth) + 1;
-
-  // Features of the picture.
-  if (!path.has_normal) {
-    path.has_normal = true;
-    path.first_distance = hit.surface.t;
-    path.first_normal = from_front ? normals.shading : -normals.shading;
-  }
-  const bool specular = is_specular(bsdf);
-  if (!path.has_albedo && !specular) {
-    path.has_albedo = true;
-    path.albedo = albedo_of(bsdf);
-  }
-
-  const bool lit = !specular && sample_light(scene, path, hit, bsdf, normals, behind, shadow);
-
-  const BsdfSample next = sample_direction(scene, path, bsdf, normals, wo);
+/// Sends the path on from an event in a new direction, or ends it.
+EMBRUN_LOCAL_FN void bounce_path(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                 const SurfaceEvent& event, const MediaState& behind, PathCounters& counters) {
+  const BsdfSample next = sample_direction(scene, path, event.bsdf, event.normals, event.wo);
   counters.bends += next.bent;
   ++counters.scatterings;
   if (!next.valid || is_black(next.weight)) {
     path.alive = false;
-    return lit;
+    return;
   }
 
   path.throughput *= next.weight;
   path.scatter_pdf = next.specular ? 0.0f : next.pdf;
   path.left_medium = false;
   // Straight shadow rays cross smooth interfaces alone.
-  note_event(scene.settings, path, next.specular, next.transmitted && bsdf.kind == BsdfKind::dielectric);
+  note_event(scene.settings, path, next.specular, next.transmitted && event.bsdf.kind == BsdfKind::dielectric);
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
@@ -396,6 +421,16 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
     ++path.refractions;
   }
   play_roulette(scene, path);
+}
+
+/// Scatters the path at the hit that advance_path took it to. True when `shadow` is to be traced.
+EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                  const MediaState& behind, ShadowRay& shadow, PathCounters& counters) {
+  const SurfaceEvent event = meet_surface(scene, path, hit, behind);
+  const bool lit =
+      !event.specular && light_surface(scene, path, hit, event, behind,
+                                       draw_light(scene, path, leave_surface(hit, event.wo)), false, shadow);
+  bounce_path(scene, path, hit, event, behind, counters);
   return lit;
 }
 
@@ -407,8 +442,7 @@ EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const
 EMBRUN_LOCAL_FN Rgb cross_in_shadow(const PathScene& scene, const ShadowRay& shadow, const SceneHit& hit,
                                     const MediaState& behind, bool& crossed) {
   const Material& material = scene.materials[hit.material];
-  const bool hole = material.kind == BsdfKind::null ||
-                    (material.one_sided && dot(shadow.ray.direction, hit.surface.geometric_normal) > 0.0f);
+  const bool hole = is_hole(material, hit, shadow.ray.direction);
   if (hit.media_class == 0) return grey(hole ? 1.0f : 0.0f);
   const int here = shadow.media.current(), beyond = behind.current();
   const float relative_index = scene.media[beyond].ior / scene.media[here].ior;

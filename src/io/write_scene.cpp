@@ -367,15 +367,24 @@ void write_sensor(Xml& xml, const SceneDescription& scene) {
 
 void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
   constexpr int unlimited = 65535;
-  xml.open("integrator type=\"volpath\"");
+  constexpr const char* kinds[] = {"volpath", "whitted", "ao"};
+  const IntegratorKind kind = integrator.kind;
+  xml.open(std::string("integrator type=\"") + kinds[static_cast<int>(kind)] + "\"");
   xml.whole("max_depth", integrator.max_depth >= unlimited ? -1 : integrator.max_depth + 1);
   xml.whole("rr_depth", integrator.roulette_depth);
   xml.whole("max_refractions", integrator.max_refractions);
-  xml.flag("guide", integrator.guide);
   xml.flag("hide_emitters", integrator.hide_emitters);
-  xml.flag("straight_shadows", integrator.straight_shadows);
-  xml.flag("equiangular", integrator.equiangular);
-  if (std::isfinite(integrator.clamp)) xml.real("clamp", integrator.clamp);
+  // What has no effect would be a warning when it is read.
+  if (kind == IntegratorKind::path) {
+    xml.flag("guide", integrator.guide);
+    xml.flag("equiangular", integrator.equiangular);
+  }
+  if (kind == IntegratorKind::ambient_occlusion) {
+    if (std::isfinite(integrator.occlusion_distance)) xml.real("distance", integrator.occlusion_distance);
+  } else {
+    xml.flag("straight_shadows", integrator.straight_shadows);
+    if (std::isfinite(integrator.clamp)) xml.real("clamp", integrator.clamp);
+  }
   xml.close();
 }
 

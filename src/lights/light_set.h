@@ -30,13 +30,10 @@ struct LightHit {
   float pdf = 0;  ///< per steradian: of sample_lights for this direction and light
 };
 
-/// Draws one light in proportion to its power, then light from it towards `point`. The pdf includes the choice (and is
-/// nothing but the choice for lights without extent).
+/// Draws light from one light, set.lights[index], towards `point`. The pdf is 1 for lights without extent.
 /// Directions behind a one-sided light and lights of radiance 0 give samples that are not valid.
-EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float u_choice, Sample2 u) {
-  if (set.count == 0) return {};
-  const DiscreteSample chosen = sample_discrete(set.choice, u_choice);
-  const Light& light = set.lights[chosen.index];
+EMBRUN_LOCAL_FN LightSample sample_light_of(const LightSet& set, int index, Vec3 point, Sample2 u) {
+  const Light& light = set.lights[index];
   LightSample s;
   switch (light.kind) {
     case LightKind::environment: s = sample_environment(set.environment, u); break;
@@ -77,6 +74,15 @@ EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float
       break;
     }
   }
+  return s;
+}
+
+/// Draws one light in proportion to its power, then light from it as sample_light_of does. The pdf includes the choice (and
+/// is nothing but the choice for lights without extent).
+EMBRUN_LOCAL_FN LightSample sample_lights(const LightSet& set, Vec3 point, float u_choice, Sample2 u) {
+  if (set.count == 0) return {};
+  const DiscreteSample chosen = sample_discrete(set.choice, u_choice);
+  LightSample s = sample_light_of(set, chosen.index, point, u);
   s.pdf *= chosen.probability;
   return s;
 }

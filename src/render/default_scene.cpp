@@ -241,9 +241,10 @@ void add_surroundings(SceneDescription& scene, const RenderOptions& options, Box
   }
   scene.integrator.seed = options.seed;
   scene.integrator.samples = options.samples;
+  set_integrator(scene.integrator, options.integrator, options.occlusion_distance);
   scene.integrator.max_depth = options.max_depth;
   scene.integrator.max_refractions = options.refractions;
-  scene.integrator.straight_shadows = straight_shadows_from_name(options.boundary_nee);
+  scene.integrator.straight_shadows = straight_shadows_from_name(options.boundary_nee, scene.integrator.kind);
   scene.integrator.clamp = options.clamp.value_or(scene.integrator.clamp);
 }
 

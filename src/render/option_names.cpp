@@ -67,8 +67,26 @@ MediaOverlap overlap_from_name(const std::string& name) {
                             {{"min", MediaOverlap::min}, {"max", MediaOverlap::max}, {"sum", MediaOverlap::sum}});
 }
 
-bool straight_shadows_from_name(const std::string& name) {
-  return pick<bool>("boundary NEE", name, {{"off", false}, {"straight", true}});
+IntegratorKind integrator_from_name(const std::string& name) {
+  return pick<IntegratorKind>("integrator", name,
+                              {{"path", IntegratorKind::path},
+                               {"whitted", IntegratorKind::whitted},
+                               {"ao", IntegratorKind::ambient_occlusion}});
+}
+
+void set_integrator(IntegratorDescription& integrator, const std::optional<std::string>& name,
+                    std::optional<double> occlusion_distance) {
+  const IntegratorKind before = integrator.kind;
+  if (name) integrator.kind = integrator_from_name(*name);
+  if (integrator.kind != before) integrator.straight_shadows = straight_shadows_of(integrator.kind);
+  if (!occlusion_distance) return;
+  if (integrator.kind != IntegratorKind::ambient_occlusion)
+    throw Error("a distance of ambient occlusion is given, but the integrator is not ao");
+  integrator.occlusion_distance = *occlusion_distance;
+}
+
+bool straight_shadows_from_name(const std::string& name, IntegratorKind kind) {
+  return pick<bool>("boundary NEE", name, {{"auto", straight_shadows_of(kind)}, {"off", false}, {"straight", true}});
 }
 
 FloorKind floor_from_name(const std::string& name) {

@@ -27,7 +27,11 @@ PixelFilter filter_from_name(const std::string& name);
 MediaOverlap overlap_from_name(const std::string& name);
 
 enum class FloorKind { none, plain, checker };
-bool straight_shadows_from_name(const std::string& name);  ///< off, straight
+IntegratorKind integrator_from_name(const std::string& name);
+/// Sets what is given, and with another kind how its shadow rays go. A distance is for ambient occlusion alone.
+void set_integrator(IntegratorDescription& integrator, const std::optional<std::string>& name,
+                    std::optional<double> occlusion_distance);
+bool straight_shadows_from_name(const std::string& name, IntegratorKind kind);  ///< off, straight, auto: the kind's
 FloorKind floor_from_name(const std::string& name);
 NormalChoice normal_choice_from_name(const std::string& name);
 bool ellipses_from_name(const std::string& name);                ///< disc, ellipse

@@ -82,9 +82,11 @@ SceneFile read_scene(const SceneInput& input) {
     scene.film.crop = PixelWindow{c[0], c[1], c[2], c[3]};
   }
   scene.integrator.samples = input.samples.value_or(scene.integrator.samples);
+  set_integrator(scene.integrator, input.integrator, input.occlusion_distance);
   scene.integrator.max_depth = input.max_depth.value_or(scene.integrator.max_depth);
   scene.integrator.max_refractions = input.refractions.value_or(scene.integrator.max_refractions);
-  if (input.boundary_nee) scene.integrator.straight_shadows = straight_shadows_from_name(*input.boundary_nee);
+  if (input.boundary_nee)
+    scene.integrator.straight_shadows = straight_shadows_from_name(*input.boundary_nee, scene.integrator.kind);
   scene.integrator.clamp = input.clamp.value_or(scene.integrator.clamp);
   scene.integrator.seed = input.seed.value_or(scene.integrator.seed);
   if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
@@ -129,7 +131,7 @@ void check_options(const RenderOptions& o) {
   tone_curve_from_name(o.tone);
   splat_options(o.cloud);
   surface_from_name(o.cloud.points);
-  straight_shadows_from_name(o.boundary_nee);
+  straight_shadows_from_name(o.boundary_nee, integrator_from_name(o.integrator));
   check_layer_name(o.layer);
   if (o.radius && !(*o.radius > 0 && std::isfinite(*o.radius)))
     throw Error(fmt::format("radius {}: it must be positive", *o.radius));

@@ -8,6 +8,7 @@
 #include "geometry/surface_settings.h"
 #include "geometry/triangle_mesh.h"
 #include "image/image.h"
+#include "lights/integrator_kind.h"
 #include "lights/sky.h"
 #include "math/rgb.h"
 #include "math/up_axis.h"
@@ -186,8 +187,13 @@ struct FilmDescription {
   bool operator==(const FilmDescription&) const = default;
 };
 
-/// How paths are followed: see PathSettings.
+/// Whether an integrator's shadow rays go straight through interfaces where nothing else is said. Whitted's do: no other of
+/// its ways leads light into water, which would be black.
+constexpr bool straight_shadows_of(IntegratorKind kind) { return kind == IntegratorKind::whitted; }
+
+/// How light is followed: see PathSettings.
 struct IntegratorDescription {
+  IntegratorKind kind = IntegratorKind::path;
   std::uint32_t seed = 0;
   SamplerKind sampler = SamplerKind::sobol;
   int samples = 64;          ///< per pixel
@@ -199,13 +205,16 @@ struct IntegratorDescription {
   bool guide = true;
   /// Small lights find their way through water's surface only by chance. True: shadow rays go straight on through
   /// interfaces, with Fresnel's and the medium's transmittance, and the same light is not counted when it is met by
-  /// refraction. Quiet, but biased: the light comes from where it would come without refraction.
+  /// refraction. Quiet, but biased: the light comes from where it would come without refraction. What files and options do
+  /// not say is straight_shadows_of(kind).
   bool straight_shadows = false;
   /// Small lamps in media: points that they light are also drawn by where the lamp is. Unbiased either way.
   bool equiangular = true;
   /// Most that a light found after the first scattering event may bring to a sample, per channel (radiance); what is above
   /// is cut off. Infinite: none, as everything else is biased.
   double clamp = static_cast<double>(infinity);
+  /// Of ambient occlusion: what is farther away occludes nothing, metres. Infinite: no limit.
+  double occlusion_distance = static_cast<double>(infinity);
 
   bool operator==(const IntegratorDescription&) const = default;
 };

@@ -300,6 +300,8 @@ void check_integrator(const IntegratorDescription& settings) {
   require(settings.max_refractions >= -1, "{} refractions: give 0 or more, or -1 for any number",
           settings.max_refractions);
   require(settings.clamp > 0, "clamp at {}: it must be positive", settings.clamp);
+  require(settings.occlusion_distance > 0, "occlusion up to {} m: the distance must be positive",
+          settings.occlusion_distance);
   require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
 }
 

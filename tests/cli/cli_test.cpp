@@ -275,6 +275,35 @@ TEST_F(Cli, ShadowRaysAndTheClampAreAskedFor) {
   EXPECT_EQ(content_of(folder / "plain.pfm"), content_of(folder / "off.pfm"));
 }
 
+TEST_F(Cli, TheIntegratorIsAskedFor) {
+  const std::string scene = "render water.xyz -q --size 16x12 --spp 4 --order 2 ";
+  ASSERT_EQ(run(scene + "-o path.pfm").exit_code, 0);
+  for (const std::string name : {"whitted", "ao"}) {
+    ASSERT_EQ(run(scene + "-o direct.pfm --integrator " + name).exit_code, 0);
+    EXPECT_NE(content_of(folder / "direct.pfm"), content_of(folder / "path.pfm"));
+    // A scene file says the same, and the flag overrules it.
+    ASSERT_EQ(run(scene + "--write-scene scene.xml --integrator " + name).exit_code, 0);
+    EXPECT_NE(content_of(folder / "scene.xml").find("<integrator type=\"" + name), std::string::npos);
+    ASSERT_EQ(run("render scene.xml -q -o same.pfm").exit_code, 0);
+    EXPECT_EQ(content_of(folder / "same.pfm"), content_of(folder / "direct.pfm"));
+    ASSERT_EQ(run("render scene.xml -q -o path_again.pfm --integrator path").exit_code, 0);
+    EXPECT_EQ(content_of(folder / "path_again.pfm"), content_of(folder / "path.pfm"));
+  }
+  // The water's own shadow rays, and those asked for.
+  ASSERT_EQ(run(scene + "-o whitted.pfm --integrator whitted").exit_code, 0);
+  ASSERT_EQ(run(scene + "-o straight.pfm --integrator whitted --boundary-nee straight").exit_code, 0);
+  ASSERT_EQ(run(scene + "-o ending.pfm --integrator whitted --boundary-nee off").exit_code, 0);
+  EXPECT_EQ(content_of(folder / "whitted.pfm"), content_of(folder / "straight.pfm"));
+  EXPECT_LT(mean_of(folder / "ending.pfm"), 0.99 * mean_of(folder / "whitted.pfm"));
+  // Clear water is a surface like others, and hides the less the nearer it has to be.
+  ASSERT_EQ(run(scene + "-o far.pfm --integrator ao").exit_code, 0);
+  ASSERT_EQ(run(scene + "-o near.pfm --integrator ao --ao-distance 0.01").exit_code, 0);
+  EXPECT_LT(mean_of(folder / "far.pfm"), 0.99 * mean_of(folder / "near.pfm"));
+  expect_refused("render water.xyz -o x.png --integrator direct", 2, "path, whitted, ao");
+  expect_refused("render water.xyz -o x.png --ao-distance 1", 2, "not ao");
+  expect_refused("render water.xyz -o x.png --integrator ao --ao-distance -1", 2, "must be positive");
+}
+
 // What was chosen for other particles is said.
 TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
   std::ofstream(folder / "few.xyz") << "0.1 0.2 0.1\n0.3 0.5 0.3\n";
@@ -466,7 +495,7 @@ TEST_F(Cli, UsageErrorsEndIn2) {
   expect_refused("render water.xyz -o x.png --extinction inf --color-by density", 2, "one albedo");
   expect_refused("render water.xyz -o x.png --density-radius 0", 2, "density radius 0");
   expect_refused("render water.xyz -o x.png --radius 0", 2, "radius 0");
-  expect_refused("render water.xyz -o x.png --boundary-nee on", 2, "off, straight");
+  expect_refused("render water.xyz -o x.png --boundary-nee on", 2, "auto, off, straight");
   expect_refused("render water.xyz -o x.png --clamp 0", 2, "clamp at 0");
   expect_refused("render water.xyz -o x.png --clamp much", 2, "--clamp");
   expect_refused("render water.xyz -o x.png --overlap add", 2, "min, max, sum");
@@ -565,6 +594,8 @@ TEST_F(Cli, HelpTeaches) {
                              "Exit codes:",
                              "goes straight on",
                              "--boundary-nee",
+                             "--integrator",
+                             "--ao-distance",
                              "--clamp"})
     EXPECT_NE(outcome.out.find(option), std::string::npos) << option;
   outcome = run("--version");

@@ -26,7 +26,24 @@ TEST(SceneIntegrator, CountsDepthAsMitsubaDoes) {
   EXPECT_EQ(defaults.roulette_depth, 5);
   EXPECT_NE(error_of("<integrator type=\"path\"><integer name=\"max_depth\" value=\"0\"/></integrator>").find("black"),
             std::string::npos);
-  EXPECT_NE(error_of("<integrator type=\"direct\"/>").find("there are path, volpath"), std::string::npos);
+  EXPECT_NE(error_of("<integrator type=\"direct\"/>").find("there are path, volpath, whitted, ao"), std::string::npos);
+}
+
+TEST(SceneIntegrator, KnowsWhittedAndAmbientOcclusion) {
+  const IntegratorDescription whitted = scene_of("<integrator type=\"whitted\"/>").integrator;
+  EXPECT_EQ(whitted.kind, IntegratorKind::whitted);
+  EXPECT_TRUE(whitted.straight_shadows);
+  EXPECT_FALSE(
+      scene_of("<integrator type=\"whitted\"><boolean name=\"straight_shadows\" value=\"false\"/></integrator>")
+          .integrator.straight_shadows);
+  EXPECT_FALSE(scene_of("<integrator type=\"path\"/>").integrator.straight_shadows);
+  const IntegratorDescription ao =
+      scene_of("<integrator type=\"ao\"><float name=\"distance\" value=\"0.4\"/></integrator>").integrator;
+  EXPECT_EQ(ao.kind, IntegratorKind::ambient_occlusion);
+  EXPECT_EQ(ao.occlusion_distance, 0.4);
+  EXPECT_NE(
+      error_of("<integrator type=\"whitted\"><float name=\"distance\" value=\"1\"/></integrator>").find("distance"),
+      std::string::npos);
 }
 
 // ---- sensor ------------------------------------------------------------------------------------------------------

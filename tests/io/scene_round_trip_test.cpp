@@ -192,6 +192,14 @@ TEST(SceneRoundTrip, OfWhatNoMitsubaFileSays) {
   mesh.placement = {odd, {0, 1, 0}, {0, 0, 1}, odd};
   scene.meshes.push_back(mesh);
   expect_same_again(scene);
+  scene.integrator.kind = IntegratorKind::whitted;
+  scene.integrator.guide = true;
+  expect_same_again(scene);
+  scene.integrator.kind = IntegratorKind::ambient_occlusion;
+  scene.integrator.straight_shadows = false;
+  scene.integrator.clamp = static_cast<double>(infinity);
+  scene.integrator.occlusion_distance = 0.1;
+  expect_same_again(scene);
 }
 
 TEST(SceneRoundTrip, OfMaterials) {

@@ -56,6 +56,22 @@ TEST(Determinism, TheSameBitsOnAnyNumberOfThreads) {
   EXPECT_FALSE(same_bits(one.film, render(other, control).film)) << "the seed does nothing";
 }
 
+TEST(Determinism, OfTheOtherIntegratorsToo) {
+  for (const IntegratorKind kind : {IntegratorKind::whitted, IntegratorKind::ambient_occlusion}) {
+    SceneDescription scene = mixed_scene();
+    scene.integrator.kind = kind;
+    RenderControl control;
+    control.threads = 1;
+    const RenderResult one = render(scene, control);
+    for (const int threads : {2, 7}) {
+      control.threads = threads;
+      EXPECT_TRUE(same_bits(one.film, render(scene, control).film)) << threads << " threads";
+    }
+    scene.integrator.kind = IntegratorKind::path;
+    EXPECT_FALSE(same_bits(one.film, render(scene, control).film)) << "the integrator does nothing";
+  }
+}
+
 TEST(Determinism, TheSameBitsHoweverTheSamplesAreDivided) {
   const SceneDescription scene = mixed_scene();
   const RenderResult whole = render(scene);

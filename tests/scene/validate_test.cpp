@@ -286,6 +286,7 @@ const Flaw flaws[] = {
     {"samples", [](auto& s) { s.integrator.samples = 0; }, "0 samples per pixel"},
     {"depth", [](auto& s) { s.integrator.max_depth = 70000; }, "greatest depth 70000"},
     {"refractions", [](auto& s) { s.integrator.max_refractions = -2; }, "-2 refractions"},
+    {"occlusion", [](auto& s) { s.integrator.occlusion_distance = 0; }, "occlusion up to 0 m"},
     {"fov", [](auto& s) { s.camera.vertical_fov = 180; }, "field of view"},
     {"camera", [](auto& s) { s.camera.target = s.camera.eye; }, "camera"},
 };

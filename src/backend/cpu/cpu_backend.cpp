@@ -97,6 +97,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : ker
   path_scene_.camera = scene.camera;
   path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye);
   PathSettings& settings = path_scene_.settings;
+  settings.integrator = scene.integrator.kind;
   settings.seed = scene.integrator.seed;
   settings.sampler = scene.integrator.sampler;
   settings.max_depth = scene.integrator.max_depth;
@@ -106,7 +107,12 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : ker
   settings.straight_shadows = scene.integrator.straight_shadows;
   settings.equiangular = scene.integrator.equiangular && has_lamps(path_scene_.lights);
   settings.clamp = static_cast<float>(scene.integrator.clamp);
-  if (scene.integrator.guide && needs_guide(scene)) {
+  settings.occlusion_distance = static_cast<float>(scene.integrator.occlusion_distance);
+  // The path tracer alone has stages for these, and ambient occlusion takes what refracts for opaque.
+  const bool is_path = settings.integrator == IntegratorKind::path;
+  settings.equiangular = settings.equiangular && is_path;
+  if (settings.integrator == IntegratorKind::ambient_occlusion) settings.max_refractions = -1;
+  if (is_path && scene.integrator.guide && needs_guide(scene)) {
     guide_ = std::make_unique<LearnedGuide>(learn_guide(kernels_, path_scene_, view_));
     path_scene_.guide = guide_->view();
   }
@@ -115,11 +121,12 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : ker
 CpuBackend::~CpuBackend() = default;
 
 std::vector<PixelSample> CpuBackend::find_contradicting(const PixelSample* samples, int count, PathBatch& batch) const {
+  const auto trace_samples = kernels_.trace_samples[static_cast<int>(path_scene_.settings.integrator)];
   std::vector<PixelSample> found;
   for (int i = 0; i < count; ++i) {
     FilmSample ignored;
     PathCounters alone;
-    kernels_.trace_samples(path_scene_, view_, &samples[i], 1, &ignored, false, batch, alone);
+    trace_samples(path_scene_, view_, &samples[i], 1, &ignored, false, batch, alone);
     if (alone.contradictions > 0) found.push_back(samples[i]);
   }
   return found;
@@ -133,6 +140,7 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
   const int rows = (window.height + tile_side - 1) / tile_side;
   tbb::enumerable_thread_specific<BatchMemory> memory([&] { return BatchMemory(kernels_); });
   Gatherer gatherer;
+  const auto trace_samples = kernels_.trace_samples[static_cast<int>(path_scene_.settings.integrator)];
 
   const auto render_tile = [&](int index) {
     TileTask task;
@@ -156,7 +164,7 @@ RenderCounts CpuBackend::render_samples(Film& film, std::uint32_t first, std::ui
       for (int i = 0; i < n; ++i) samples[i] = task.sample(begin + static_cast<std::uint64_t>(i));
       const bool timed = (static_cast<std::uint64_t>(index) + begin / batch_size) % timed_batches == 0;
       const std::uint64_t contradictions = counts.paths.contradictions;
-      kernels_.trace_samples(path_scene_, view_, samples, n, results, timed, batch, counts.paths);
+      trace_samples(path_scene_, view_, samples, n, results, timed, batch, counts.paths);
       for (int i = 0; i < n; ++i)
         if (!add_sample(film, film.pixel_index(samples[i].x, samples[i].y), results[i]) &&
             counts.bad_samples.size() < most_kept_samples)

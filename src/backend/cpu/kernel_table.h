@@ -44,8 +44,9 @@ struct KernelTable {
   std::size_t batch_bytes;  ///< size of a PathBatch
 
   /// Follows `count` (at most batch_size) samples to their ends; `timed`: measures how long their rays take.
-  void (*trace_samples)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
-                        FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
+  /// One for each IntegratorKind, in its order.
+  void (*trace_samples[integrator_kinds])(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
+                                          FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
   /// Follows paths likewise, for what they find: one lesson each.
   void (*learn_directions)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
                            GuideLesson* lessons, PathBatch& batch);

@@ -2,6 +2,7 @@
 // linkage outside that namespace, or the linker could give one set's code to another: functions of the shared headers
 // are EMBRUN_FN or EMBRUN_LOCAL_FN, and the standard library's are not used.
 
+#include "backend/cpu/integrator_kernels.h"
 #include "backend/cpu/kernel_table.h"
 #include "backend/cpu/path_batch.h"
 #include "backend/cpu/scene_intersector.h"
@@ -9,18 +10,12 @@
 
 namespace embrun {
 
-struct PathBatch : BasicPathBatch<batch_size> {};
-
 namespace EMBRUN_ISA_NAMESPACE {
 namespace {
 
-void trace_samples(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
-                   FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
-  const CpuIntersector intersector{view};
-  for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
-  NoListener nobody;
-  trace_batch(scene, intersector, batch, count, timed, nobody, counters);
-  for (int i = 0; i < count; ++i) results[i] = film_sample(batch.paths[i]);
+void trace_paths(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
+                 FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
+  trace_samples<PathStages>(scene, CpuIntersector{view}, samples, count, results, timed, batch, counters);
 }
 
 /// Notes the direction in which each path leaves its first diffuse surface.
@@ -47,7 +42,7 @@ void learn_directions(const PathScene& scene, const CpuSceneView& view, const Pi
   for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
   FirstDirections first{lessons};
   PathCounters counters;
-  trace_batch(scene, intersector, batch, count, false, first, counters);
+  trace_batch<PathStages>(scene, intersector, batch, count, false, first, counters);
   for (int i = 0; i < count; ++i) {
     const float gained = luminance(batch.paths[i].radiance) - first.radiance_before[i];
     lessons[i].light = first.throughput[i] > 0.0f ? gained / first.throughput[i] : -1.0f;
@@ -114,7 +109,7 @@ void fly_grid(const GridMedium& medium, const FlightQuery* queries, int count, f
 extern const KernelTable kernel_table;
 const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE),
                                   sizeof(PathBatch),
-                                  trace_samples,
+                                  {trace_paths, trace_whitted, trace_occlusion},
                                   learn_directions,
                                   media_at,
                                   intersect,

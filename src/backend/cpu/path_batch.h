@@ -2,6 +2,7 @@
 
 #include <time.h>
 
+#include "backend/cpu/kernel_table.h"
 #include "image/film.h"
 #include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
@@ -20,12 +21,16 @@ struct BasicPathBatch {
   ShadowRay shadows[Size];
   PathFlight flights[Size];
   MediumCollision collisions[Size];
+  SurfaceEvent events[Size];    ///< of integrators that go back to them
   bool collided[Size];          ///< with a medium, before what the ray met
   std::uint16_t active[Size];   ///< slots of the paths that go on
   std::uint16_t ordered[Size];  ///< the same, those in air first
   std::uint16_t lit[Size];      ///< slots whose shadow ray is to be traced
   std::uint16_t flying[Size];   ///< slots whose path may collide with a medium
+  std::uint16_t met[Size];      ///< slots whose event waits for the lights
 };
+
+struct PathBatch : BasicPathBatch<batch_size> {};
 
 /// Processor time of this thread: what others do on the machine does not count.
 EMBRUN_FN std::uint64_t thread_ns() {
@@ -171,6 +176,17 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
   return lit;
 }
 
+/// The path tracer's stages between two crossings.
+struct PathStages {
+  template <class Intersector, class Batch>
+  EMBRUN_FN static void take(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
+                             bool timed, PathCounters& counters) {
+    flight_stage(scene, intersector, batch, count, timed, counters);
+    const int lit = shade_stage(scene, intersector, batch, count, counters);
+    shadow_stage(scene, intersector, batch, lit, timed, counters);
+  }
+};
+
 /// What trace_batch tells of its paths: nothing.
 struct NoListener {
   template <class Batch>
@@ -178,17 +194,15 @@ struct NoListener {
 };
 
 /// Takes the paths in slots 0 to count - 1 to their ends, all of them a stage at a time. The listener hears of every
-/// round of events, once their light samples are in the paths' radiance.
-template <class Intersector, class Batch, class Listener>
+/// round of events, once their light samples are in the paths' radiance. Stages: PathStages, or another integrator's.
+template <class Stages, class Intersector, class Batch, class Listener>
 EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
                                  bool timed, Listener& listener, PathCounters& counters) {
   for (int i = 0; i < count; ++i) batch.active[i] = static_cast<std::uint16_t>(i);
   counters.paths += static_cast<std::uint64_t>(count);
   intersect_stage(intersector, batch, batch.active, count, timed, counters.camera);
   while (count > 0) {
-    flight_stage(scene, intersector, batch, count, timed, counters);
-    const int lit = shade_stage(scene, intersector, batch, count, counters);
-    shadow_stage(scene, intersector, batch, lit, timed, counters);
+    Stages::take(scene, intersector, batch, count, timed, counters);
     listener.after_events(batch, batch.active, count);
 
     int alive = 0;
@@ -200,6 +214,17 @@ EMBRUN_LOCAL_FN void trace_batch(const PathScene& scene, const Intersector& inte
     intersect_stage(intersector, batch, batch.ordered, outside, timed, counters.outside);
     intersect_stage(intersector, batch, batch.ordered + outside, count - outside, timed, counters.inside);
   }
+}
+
+/// KernelTable::trace_samples by the integrator whose stages are given.
+template <class Stages, class Intersector>
+EMBRUN_LOCAL_FN void trace_samples(const PathScene& scene, const Intersector& intersector, const PixelSample* samples,
+                                   int count, FilmSample* results, bool timed, PathBatch& batch,
+                                   PathCounters& counters) {
+  for (int i = 0; i < count; ++i) batch.paths[i] = generate_path(scene, samples[i].x, samples[i].y, samples[i].sample);
+  NoListener nobody;
+  trace_batch<Stages>(scene, intersector, batch, count, timed, nobody, counters);
+  for (int i = 0; i < count; ++i) results[i] = film_sample(batch.paths[i]);
 }
 
 }  // namespace embrun

@@ -6,8 +6,10 @@
 #include "geometry/implicit_surface_trace.h"
 #include "geometry/splat_tree.h"
 #include "geometry/surface_coordinates.h"
+#include "integrators/ambient_occlusion.h"
 #include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
+#include "integrators/whitted.h"
 
 // The large pieces, compiled once each rather than into every caller: it is the compile time that counts here.
 #define EMBRUN_DEVICE_CALL __noinline__ __host__ __device__
@@ -92,13 +94,55 @@ EMBRUN_FN Rgb trace_path(const PathScene& scene, const DeviceIntersector& inters
   return path.radiance;
 }
 
+/// The stages of Whitted's ray tracing.
+EMBRUN_FN Rgb trace_whitted(const PathScene& scene, const DeviceIntersector& intersector, int x, int y,
+                            PathCounters& counters) {
+  PathState path = generate_path(scene, x, y, 0);
+  while (path.alive) {
+    SceneHit hit;
+    const bool found = intersector.intersect(path.ray, path.media, hit);
+    MediaState behind;
+    ShadowRay shadow;
+    if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
+    const SurfaceEvent event = meet_surface(scene, path, hit, behind);
+    for (int light = 0; light < scene.lights.count && !event.specular; ++light) {
+      const LightSample sample = draw_light_of(scene, path, light, leave_surface(hit, event.wo));
+      if (light_surface(scene, path, hit, event, behind, sample, true, shadow))
+        add_scattered_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+    }
+    follow_mirror(scene, path, hit, event, behind, counters);
+  }
+  return path.radiance;
+}
+
+/// The stages of ambient occlusion.
+EMBRUN_FN Rgb trace_occlusion(const PathScene& scene, const DeviceIntersector& intersector, int x, int y,
+                              PathCounters& counters) {
+  PathState path = generate_path(scene, x, y, 0);
+  while (path.alive) {
+    SceneHit hit;
+    const bool found = intersector.intersect(path.ray, path.media, hit);
+    MediaState behind;
+    ShadowRay shadow;
+    if (advance_unlit(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
+    if (start_occlusion_ray(scene, path, hit, behind, shadow, counters))
+      path.radiance += trace_occlusion_ray(scene, intersector, shadow, counters);
+  }
+  return path.radiance;
+}
+
 }  // namespace
 
 __global__ void device_check(const PathScene* scene, const DeviceIntersector* intersector, Rgb* pixels,
                              PathCounters* counters, int count) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= count) return;
-  pixels[i] = trace_path(*scene, *intersector, i % scene->camera.width, i / scene->camera.width, counters[i]);
+  const int x = i % scene->camera.width, y = i / scene->camera.width;
+  switch (scene->settings.integrator) {
+    case IntegratorKind::path: pixels[i] = trace_path(*scene, *intersector, x, y, counters[i]); break;
+    case IntegratorKind::whitted: pixels[i] = trace_whitted(*scene, *intersector, x, y, counters[i]); break;
+    case IntegratorKind::ambient_occlusion: pixels[i] = trace_occlusion(*scene, *intersector, x, y, counters[i]); break;
+  }
 }
 
 }  // namespace embrun

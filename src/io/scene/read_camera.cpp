@@ -172,9 +172,17 @@ void read_sensor(SceneReading& reading, const XmlElement& element) {
 
 void read_integrator(SceneReading& reading, const XmlElement& element) {
   SceneObject integrator = reading.object(reading.resolve(element));
-  if (integrator.type() != "path" && integrator.type() != "volpath")
-    integrator.fail("this integrator is not supported: there are path, volpath");
   IntegratorDescription& description = reading.result.scene.integrator;
+  const std::string& type = integrator.type();
+  if (type == "path" || type == "volpath") {
+    description.kind = IntegratorKind::path;
+  } else if (type == "whitted") {
+    description.kind = IntegratorKind::whitted;
+  } else if (type == "ao") {
+    description.kind = IntegratorKind::ambient_occlusion;
+  } else {
+    integrator.fail("this integrator is not supported: there are path, volpath, whitted, ao");
+  }
   constexpr int unlimited = 65535;
   // Mitsuba counts the segments of a path, Embrun the scattering events between them.
   const int depth = integrator.integer("max_depth", -1, unlimited + 1).value_or(-1);
@@ -182,11 +190,24 @@ void read_integrator(SceneReading& reading, const XmlElement& element) {
   description.max_depth = depth < 0 ? unlimited : depth - 1;
   description.roulette_depth = integrator.integer("rr_depth", 1, 1 << 30).value_or(5);
   description.max_refractions = integrator.integer("max_refractions", -1, 65535).value_or(-1);
-  description.guide = integrator.flag("guide").value_or(true);
   description.hide_emitters = integrator.flag("hide_emitters").value_or(false);
-  description.straight_shadows = integrator.flag("straight_shadows").value_or(false);
-  description.equiangular = integrator.flag("equiangular").value_or(true);
-  description.clamp = integrator.number("clamp", description.clamp);
+  if (description.kind == IntegratorKind::path) {
+    description.guide = integrator.flag("guide").value_or(true);
+    description.equiangular = integrator.flag("equiangular").value_or(true);
+  } else {
+    const char* why = "only the integrators path and volpath do that";
+    integrator.ignore("guide", why);
+    integrator.ignore("equiangular", why);
+  }
+  if (description.kind == IntegratorKind::ambient_occlusion) {
+    const char* why = "ambient occlusion follows no light";
+    description.occlusion_distance = integrator.number("distance", description.occlusion_distance);
+    integrator.ignore("straight_shadows", why);
+    integrator.ignore("clamp", why);
+  } else {
+    description.straight_shadows = integrator.flag("straight_shadows").value_or(straight_shadows_of(description.kind));
+    description.clamp = integrator.number("clamp", description.clamp);
+  }
   integrator.finish();
 }
 
