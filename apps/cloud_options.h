@@ -1,16 +1,19 @@
 #pragma once
 
 #include <embrun/cloud_options.h>
+#include <embrun/embrun.h>
 
 #include <CLI/CLI.hpp>
 #include <string>
 
 namespace embrun {
 
+inline constexpr const char* cloud_options_group = "Scans: points of surfaces";
+
 /// The options that say how the points of a scan become splats, in a group of --help. `sensor` receives a text for
 /// parse_numbers().
 inline void add_cloud_options(CLI::App& c, CloudOptions& o, std::string& sensor) {
-  const char* group = "Scans: points of surfaces";
+  const char* group = cloud_options_group;
   c.add_option("--points", o.points,
                "what the points are: auto (told by their attributes and neighbourhoods), surface (a scan), fluid")
       ->capture_default_str()
@@ -40,6 +43,18 @@ inline void add_cloud_options(CLI::App& c, CloudOptions& o, std::string& sensor)
       ->group(group);
   c.add_flag("--keep-duplicates", o.keep_duplicates, "keep all points that are in one place")->group(group);
   c.add_option("--thin", o.thin, "metres: keep one point in each cube of this edge")->default_str("all")->group(group);
+}
+
+/// What surface is rendered of them.
+inline void add_cloud_surface_options(CLI::App& c, RenderOptions& o) {
+  c.add_option("--point-surface", o.point_surface,
+               "splats (the points as discs), mls (a smooth moving least squares surface, which evens out noise)")
+      ->capture_default_str()
+      ->group(cloud_options_group);
+  c.add_option("--mls-support", o.mls_support,
+               "1 to 16: how far a point is felt by mls, in splat radii; more is smoother")
+      ->default_str("4")
+      ->group(cloud_options_group);
 }
 
 }  // namespace embrun

@@ -405,6 +405,7 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_camera_options(*render, *arguments);
   add_surface_options(*render, *arguments);
   add_cloud_options(*render, arguments->options.cloud, arguments->sensor);
+  add_cloud_surface_options(*render, arguments->options);
   add_scene_options(*render, *arguments);
   add_inside_options(*render, *arguments);
   add_kind_options(*render, *arguments);

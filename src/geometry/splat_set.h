@@ -172,23 +172,28 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
   }
 }
 
+/// Where to look whether a point is in a body: no special directions, and none opposite to another.
+inline constexpr int splat_inside_directions = 5;
+EMBRUN_FN Vec3 splat_inside_direction(int i) {
+  const Vec3 directions[splat_inside_directions] = {{0.371f, 0.743f, 0.557f},
+                                                    {-0.863f, 0.211f, 0.459f},
+                                                    {0.127f, -0.905f, 0.406f},
+                                                    {0.482f, 0.365f, -0.796f},
+                                                    {-0.339f, -0.518f, -0.785f}};
+  return normalize(directions[i]);
+}
+
 /// True for points in a closed body: most rays from there meet a back first. Several are asked, as splats that reach over
 /// the silhouette say the opposite.
 template <class Search>
 EMBRUN_LOCAL_FN bool splats_contain(const SplatSet& set, const Search& search, Vec3 point) {
-  // No special directions, and none opposite to another.
-  const Vec3 directions[] = {{0.371f, 0.743f, 0.557f},
-                             {-0.863f, 0.211f, 0.459f},
-                             {0.127f, -0.905f, 0.406f},
-                             {0.482f, 0.365f, -0.796f},
-                             {-0.339f, -0.518f, -0.785f}};
   SplatSet open = set;
   open.closed = false;
   int backs = 0;
-  for (const Vec3& direction : directions) {
+  for (int i = 0; i < splat_inside_directions; ++i) {
     Ray ray;
     ray.origin = point;
-    ray.direction = normalize(direction);
+    ray.direction = splat_inside_direction(i);
     SurfaceHit hit;
     if (intersect_splats(open, search, ray, false, {}, hit) && !hit.entering) ++backs;
   }

@@ -38,7 +38,8 @@ struct Range {
 
 class Builder {
  public:
-  explicit Builder(const std::vector<Splat>& splats) : splats_(splats) {}
+  /// `balls`: see build_ball_tree().
+  Builder(const std::vector<Splat>& splats, bool balls) : splats_(splats), balls_(balls) {}
 
   SplatTree run() {
     for (std::size_t i = 0; i < splats_.size(); ++i)
@@ -48,7 +49,7 @@ class Builder {
     Range all{0, order_.size(), {}};
     float reach = 0;
     for (const std::uint32_t i : order_) {
-      all.bounds.include(bounds_of(splats_[i]));
+      all.bounds.include(box_of(splats_[i]));
       const Vec3 c = splats_[i].center;
       reach = std::max({reach, std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)});
     }
@@ -56,7 +57,7 @@ class Builder {
     const float margin = 4e-6f * (reach + length(all.bounds.high - all.bounds.low));
     all.bounds = {};
     for (const std::uint32_t i : order_) {
-      const Box3 own = bounds_of(splats_[i]);
+      const Box3 own = box_of(splats_[i]);
       const float more = margin + 1e-3f * splats_[i].radius;
       boxes_[i] = {own.low - Vec3{more, more, more}, own.high + Vec3{more, more, more}};
       all.bounds.include(boxes_[i]);
@@ -68,9 +69,16 @@ class Builder {
 
  private:
   const std::vector<Splat>& splats_;
+  const bool balls_;
   std::vector<Box3> boxes_;
   std::vector<std::uint32_t> order_;
   SplatTree tree_;
+
+  Box3 box_of(const Splat& s) const {
+    if (!balls_) return bounds_of(s);
+    const Vec3 reach{s.radius, s.radius, s.radius};
+    return {s.center - reach, s.center + reach};
+  }
 
   /// Makes the nodes level by level; a level's are independent of each other.
   void build(const Range& all) {
@@ -225,6 +233,8 @@ class Builder {
 
 }  // namespace
 
-SplatTree build_splat_tree(const std::vector<Splat>& splats) { return Builder(splats).run(); }
+SplatTree build_splat_tree(const std::vector<Splat>& splats) { return Builder(splats, false).run(); }
+
+SplatTree build_ball_tree(const std::vector<Splat>& splats) { return Builder(splats, true).run(); }
 
 }  // namespace embrun

@@ -27,6 +27,11 @@ struct SplatTreeView {
   /// The search for intersect_splats().
   template <class Query>
   EMBRUN_FN void operator()(Query& query) const;
+
+  /// visit(block, enter) for every block whose box query.ray() is in somewhere in [query.near(), query.limit()], roughly
+  /// from the nearest on; `enter` is where it comes in, not before near().
+  template <class Query, class Visit>
+  EMBRUN_FN void walk(Query& query, const Visit& visit) const;
 };
 
 inline constexpr std::uint32_t no_splat = ~0u;
@@ -44,6 +49,8 @@ struct SplatTree {
 /// Builds the tree on the threads of the enclosing TBB arena: the same bits for any number of them. Splats that are no
 /// splats (a radius that is not positive, anything not finite) are left out.
 SplatTree build_splat_tree(const std::vector<Splat>& splats);
+/// The same for the balls round the centres that have the splats' radii.
+SplatTree build_ball_tree(const std::vector<Splat>& splats);
 
 /// Where a ray enters and leaves boxes: divisions done once. A direction of 0 is as good as a very small one.
 struct BoxRay {
@@ -81,6 +88,13 @@ EMBRUN_FN std::uint32_t children_to_visit(const SplatNode& node, const BoxRay& r
 
 template <class Query>
 EMBRUN_FN void SplatTreeView::operator()(Query& query) const {
+  walk(query, [&](std::uint32_t block, float) {
+    offer_block(blocks[block], query, [=](std::uint32_t lane) { return block * splats_per_block + lane; });
+  });
+}
+
+template <class Query, class Visit>
+EMBRUN_FN void SplatTreeView::walk(Query& query, const Visit& visit) const {
   // Eight children at each of at most 36 levels: see build_splat_tree().
   struct Pending {
     float enter;
@@ -95,8 +109,7 @@ EMBRUN_FN void SplatTreeView::operator()(Query& query) const {
   for (;;) {
     if (next.enter <= query.limit()) {
       if ((next.child & splat_leaf) != 0) {
-        const std::uint32_t block = next.child & ~splat_leaf;
-        offer_block(blocks[block], query, [=](std::uint32_t lane) { return block * splats_per_block + lane; });
+        visit(next.child & ~splat_leaf, next.enter);
       } else {
         // The nearest child comes next, the others wait with the farthest at the bottom.
         const SplatNode& node = nodes[next.child];

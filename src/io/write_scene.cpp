@@ -222,6 +222,10 @@ void write(Xml& xml, const Pictures& pictures, const SplatsDescription& splats, 
   if (options.keep_duplicates) xml.flag("keep_duplicates", true);
   xml.real("outlier_ratio", options.outlier_ratio);
   if (options.thin != 0) xml.real("thin", options.thin);
+  if (splats.surface == CloudSurface::mls) {
+    xml.text("surface", "mls");
+    xml.real("mls_support", splats.mls_support);
+  }
   if (splats.bent_normals) xml.flag("bent_normals", true);
   if (splats.flipped) xml.flag("flip_normals", true);
   xml.placement(splats.placement);

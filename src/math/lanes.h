@@ -149,12 +149,25 @@ EMBRUN_FN float lane_of(const F16& v, int lane) {
   __builtin_memcpy(&r, reinterpret_cast<const char*>(&v) + 4 * lane, sizeof r);
   return r;
 }
+EMBRUN_FN LaneRegister sqrt_of(LaneRegister a) {
+#if defined(__CUDACC__)
+  return sqrtf(a);
+#elif defined(__AVX512F__)
+  return _mm512_maskz_sqrt_ps(0xffff, a);
+#elif defined(__AVX__)
+  return _mm256_sqrt_ps(a);
+#elif defined(__SSE__)
+  return _mm_sqrt_ps(a);
+#else
+  for (int i = 0; i < register_lanes; ++i) a[i] = sqrtf(a[i]);
+  return a;
+#endif
+}
 /// Square roots of lanes that are not negative.
-EMBRUN_FN F16 sqrt_of(F16 a) {
-  float lane[16];
-  store16(lane, a);
-  for (int i = 0; i < 16; ++i) lane[i] = sqrtf(lane[i]);
-  return load16(lane);
+template <int parts>
+EMBRUN_FN Lanes<parts> sqrt_of(Lanes<parts> a) {
+  EMBRUN_FOR_PARTS(parts) a.part[i] = sqrt_of(a.part[i]);
+  return a;
 }
 
 #if !defined(__CUDACC__)

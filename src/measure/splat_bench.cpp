@@ -38,7 +38,7 @@ SplatBench::SplatBench(const std::vector<Splat>& splats, bool closed, int pixels
   packed_ = pack_splats(arrays_.tree);
   grid_ = build_splat_grid(packed_.splats);
   discs_ = std::make_unique<EmbreeDiscs>(packed_);
-  const SplatGeometry geometry = splat_geometry(arrays_, closed);
+  const SplatGeometry geometry = splat_geometry(arrays_, closed, CloudSurface::splats);
   trial_.set = geometry.set;
   trial_.tree = geometry.tree;
   trial_.packed = &packed_;

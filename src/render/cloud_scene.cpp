@@ -37,6 +37,24 @@ void check_scan_options(const RenderOptions& options, const std::string& file) {
   }
 }
 
+void check_cloud_surface(const RenderOptions& options) {
+  const bool mls = cloud_surface_from_name(options.point_surface) == CloudSurface::mls;
+  if (mls && ellipses_from_name(options.cloud.splat_shape))
+    throw Error("ellipses are a shape of splats: the surface of points \"mls\" takes them as round");
+  if (!options.mls_support) return;
+  if (!mls) throw Error("mls support: that is for the surface of points \"mls\"");
+  if (!(*options.mls_support >= 1 && *options.mls_support <= 16))
+    throw Error(fmt::format("mls support {}: it must be in [1, 16]", *options.mls_support));
+}
+
+void check_fluid_options(const RenderOptions& options, const std::string& file) {
+  if (cloud_surface_from_name(options.point_surface) == CloudSurface::splats) return;
+  throw Error(
+      fmt::format("{}: point surface: that is for scans, but the file was taken for particles of a fluid; for points "
+                  "of a surface, say --points surface",
+                  file));
+}
+
 SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& options, const std::string& file,
                                   std::vector<std::string>& notes) {
   SceneDescription scene;
@@ -44,6 +62,8 @@ SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& 
   SplatsDescription& splats = scene.splats.emplace_back(splats_of_cloud(cloud));
   splats.file = file;
   splats.options = splat_options(options.cloud);
+  splats.surface = cloud_surface_from_name(options.point_surface);
+  if (options.mls_support) splats.mls_support = *options.mls_support;
   // Clay, which stands out from the floor.
   if (cloud.colours.empty()) splats.material.reflectance.first = {0.68f, 0.52f, 0.4f};
   if (!options.color_by.empty()) {

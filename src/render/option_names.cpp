@@ -114,6 +114,10 @@ bool ellipses_from_name(const std::string& name) {
   return pick<bool>("shape of splats", name, {{"disc", false}, {"ellipse", true}});
 }
 
+CloudSurface cloud_surface_from_name(const std::string& name) {
+  return pick<CloudSurface>("surface of points", name, {{"splats", CloudSurface::splats}, {"mls", CloudSurface::mls}});
+}
+
 std::optional<bool> closed_from_name(const std::string& name) {
   return pick<std::optional<bool>>("choice for closed", name, {{"auto", std::nullopt}, {"yes", true}, {"no", false}});
 }

@@ -35,6 +35,7 @@ bool straight_shadows_from_name(const std::string& name, IntegratorKind kind);  
 FloorKind floor_from_name(const std::string& name);
 NormalChoice normal_choice_from_name(const std::string& name);
 bool ellipses_from_name(const std::string& name);                ///< disc, ellipse
+CloudSurface cloud_surface_from_name(const std::string& name);   ///< splats, mls
 std::optional<bool> closed_from_name(const std::string& name);   ///< auto, yes, no
 std::optional<bool> surface_from_name(const std::string& name);  ///< auto, surface, fluid
 

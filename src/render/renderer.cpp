@@ -131,6 +131,7 @@ void check_options(const RenderOptions& o) {
   tone_curve_from_name(o.tone);
   splat_options(o.cloud);
   surface_from_name(o.cloud.points);
+  check_cloud_surface(o);
   straight_shadows_from_name(o.boundary_nee, integrator_from_name(o.integrator));
   check_layer_name(o.layer);
   if (o.radius && !(*o.radius > 0 && std::isfinite(*o.radius)))
@@ -199,6 +200,7 @@ void Renderer::State::read_file(const std::string& path, const RenderHooks& hook
   if (const CloudVerdict verdict = cloud_verdict(particles, options.cloud); verdict.is_surface) {
     build_scan(std::move(particles), verdict, path, hooks);
   } else {
+    check_fluid_options(options, path);
     build(std::move(particles), path, hooks);
   }
 }
@@ -515,6 +517,7 @@ std::string describe_scene(const std::string& particle_file, const RenderOptions
     const SplatCloud cloud = make_splats(std::move(particles), splat_options(options.cloud), particle_file);
     return write_scene(make_cloud_scene(cloud, options, particle_file, warnings));
   }
+  check_fluid_options(options, particle_file);
   MeasuredParticles measured = measure(std::move(particles), options, particle_file);
   measured.file = particle_file;
   return write_scene(make_scene(measured, options, warnings));

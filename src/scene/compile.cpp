@@ -418,7 +418,7 @@ class Compiler {
     for (const Vec3d& p : description.centers) own.include(p);
     const Vec3d center = own_center(description.placement, own);
     flat_.splat_arrays.push_back(compile_splat_arrays(description, center));
-    flat_.splats.push_back(splat_geometry(flat_.splat_arrays.back(), description.closed));
+    flat_.splats.push_back(splat_geometry(flat_.splat_arrays.back(), description.closed, description.surface));
     Instance& instance = add_instance(GeometryKind::splats, flat_.splats.size() - 1, description.material);
     constexpr std::size_t most = 32000;  // by 16 bits
     if (flat_.splats.size() > most) throw Error(fmt::format("more than {} clouds of splats", most));

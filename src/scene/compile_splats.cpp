@@ -23,12 +23,16 @@ Splat compile_splat(const SplatsDescription& description, std::size_t i, Vec3d c
 }  // namespace
 
 SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d center) {
+  const bool mls = description.surface == CloudSurface::mls;
   std::vector<Splat> splats(description.centers.size());
   parallel_for(splats.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) splats[i] = compile_splat(description, i, center);
+    for (std::size_t i = begin; i < end; ++i) {
+      splats[i] = compile_splat(description, i, center);
+      if (mls) splats[i].radius *= static_cast<float>(description.mls_support);
+    }
   });
   SplatArrays arrays;
-  arrays.tree = build_splat_tree(splats);
+  arrays.tree = mls ? build_ball_tree(splats) : build_splat_tree(splats);
   const auto in_order = [&](const auto& values, auto& ordered) {
     ordered.resize(arrays.tree.order.size());
     for (std::size_t i = 0; i < ordered.size(); ++i)
@@ -39,7 +43,7 @@ SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d cen
   return arrays;
 }
 
-SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed) {
+SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurface surface) {
   SplatGeometry geometry;
   geometry.tree = arrays.tree.view();
   geometry.set.blocks = arrays.tree.blocks.data();
@@ -47,6 +51,7 @@ SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed) {
   geometry.set.colors = arrays.colors.empty() ? nullptr : arrays.colors.data();
   geometry.set.bends = arrays.bends.empty() ? nullptr : arrays.bends.data();
   geometry.set.closed = closed;
+  geometry.mls = surface == CloudSurface::mls;
   geometry.set.bounds = arrays.tree.bounds;
   return geometry;
 }

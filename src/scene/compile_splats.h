@@ -8,7 +8,7 @@ namespace embrun {
 SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d center);
 
 /// A view of the arrays.
-SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed);
+SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurface surface);
 
 /// The radius of a usual splat.
 float median_radius(const SplatsDescription& description);

@@ -63,6 +63,7 @@ struct BallRange {
 struct SplatGeometry {
   SplatSet set;
   SplatTreeView tree;
+  bool mls = false;  ///< the surface is that of mls_surface.h, and set and tree are as that wants them
 };
 
 /// What owns a SplatGeometry's arrays.

@@ -23,6 +23,12 @@
 
 namespace embrun {
 
+/// What surface a point cloud has.
+enum class CloudSurface {
+  splats,  ///< the discs or ellipses themselves
+  mls,     ///< a moving least squares surface, smooth and the same from everywhere: see geometry/mls_surface.h
+};
+
 /// The discs or ellipses that stand for the surface of a point cloud. Arrays have one entry a splat.
 struct SplatsDescription {
   std::vector<Vec3d> centers;
@@ -33,6 +39,9 @@ struct SplatsDescription {
   std::vector<Rgb> colors;  ///< linear, or empty: see TextureKind::own
   /// The splats bound a body, without holes: splats that reach over its silhouette are not seen, and it has an inside.
   bool closed = false;
+  CloudSurface surface = CloudSurface::splats;
+  /// Of a moving least squares surface: how far a point is felt, in radii of its splat, in [1, 16].
+  double mls_support = 4;
   bool bent_normals = false;  ///< a splat's normal turns over it as those of its neighbours do
   MaterialDescription material;
   Placement placement;

@@ -376,6 +376,12 @@ void check_splats(const SplatsDescription& splats, std::size_t pictures, const s
   }
   for (std::size_t i = 0; i < splats.colors.size(); ++i)
     check_color(splats.colors[i], fmt::format("{}: colour of splat {}", what, i), 1);
+  if (splats.surface == CloudSurface::mls) {
+    require(splats.mls_support >= 1 && splats.mls_support <= 16, "{}: the support {} of its surface is not in [1, 16]",
+            what, splats.mls_support);
+    require(splats.lesser_axes.empty(), "{}: a moving least squares surface takes no ellipses", what);
+    require(!splats.bent_normals, "{}: bent normals are for splats; a moving least squares surface is smooth", what);
+  }
   require(splats.closed || !has_inside(splats.material),
           "{}: they are open, and have no inside to refract into (is it a closed cloud?)", what);
   check_material(splats.material, pictures, what);

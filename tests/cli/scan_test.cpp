@@ -63,5 +63,23 @@ TEST_F(Cli, WhatPointsAreMayBeSaid) {
   expect_refused("info ball.xyz --sensor 1,2", 2, "--sensor");
 }
 
+TEST_F(Cli, AScanMayBeAnMlsSurface) {
+  write_ball(folder / "ball.xyz", "x y z", "");
+  ASSERT_EQ(run("render ball.xyz -o splats.pfm" + small).exit_code, 0);
+  const Outcome outcome = run("render ball.xyz -o a.pfm --point-surface mls --mls-support 3" + small);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(content_of(folder / "a.pfm"), content_of(folder / "splats.pfm"));
+  // The scene file says the same.
+  ASSERT_EQ(run("render ball.xyz --point-surface mls --mls-support 3 --write-scene ball.xml" + small).exit_code, 0);
+  ASSERT_EQ(run("render ball.xml -o b.pfm").exit_code, 0);
+  EXPECT_EQ(content_of(folder / "a.pfm"), content_of(folder / "b.pfm"));
+
+  expect_refused("render ball.xyz -o x.pfm --point-surface mesh" + small, 2, "splats, mls");
+  expect_refused("render ball.xyz -o x.pfm --mls-support 3" + small, 2, "for the surface of points");
+  expect_refused("render ball.xyz -o x.pfm --point-surface mls --mls-support 0" + small, 2, "[1, 16]");
+  expect_refused("render ball.xyz -o x.pfm --point-surface mls --splat-shape ellipse" + small, 2, "ellipses");
+  expect_refused("render ball.xyz -o x.pfm --point-surface mls --points fluid" + small, 1, "that is for scans");
+}
+
 }  // namespace
 }  // namespace embrun

@@ -99,9 +99,11 @@ TEST(SceneRoundTrip, OfSplats) {
       "5\"/><transform "
       "name=\"to_world\"><scale value=\"2\"/></transform><bsdf type=\"dielectric\"/></shape>"
       "<shape type=\"splats\"><string name=\"filename\" value=\"cloud.ply\"/><bsdf type=\"diffuse\"><texture "
-      "name=\"reflectance\" type=\"mesh_attribute\"/></bsdf></shape>");
+      "name=\"reflectance\" type=\"mesh_attribute\"/></bsdf></shape>"
+      "<shape type=\"splats\"><string name=\"filename\" value=\"cloud.ply\"/><string name=\"surface\" "
+      "value=\"mls\"/><float name=\"mls_support\" value=\"3.5\"/></shape>");
   const SceneDescription scene = read_file(files).scene;
-  ASSERT_EQ(scene.splats.size(), 3u);
+  ASSERT_EQ(scene.splats.size(), 4u);
   const SplatsDescription& plain = scene.splats[0];
   EXPECT_EQ(plain.centers.size(), 25u);
   EXPECT_FALSE(plain.closed);
@@ -117,6 +119,9 @@ TEST(SceneRoundTrip, OfSplats) {
   // What is seen of them is alike from both sides.
   EXPECT_TRUE(scene.splats[2].material.back.empty());
   EXPECT_EQ(scene.splats[2].material.reflectance.kind, TextureKind::own);
+  EXPECT_EQ(plain.surface, CloudSurface::splats);
+  EXPECT_EQ(scene.splats[3].surface, CloudSurface::mls);
+  EXPECT_EQ(scene.splats[3].mls_support, 3.5);
   expect_same_again(scene, files);
 }
 
@@ -139,6 +144,13 @@ TEST(SceneRoundTrip, SplatsThatCannotBeAreRefused) {
   EXPECT_NE(error(file + "<bsdf type=\"dielectric\"/>").find("the cloud is open"), std::string::npos);
   EXPECT_NE(error(file + "<float name=\"radius\" value=\"-1\"/>").find("scene.xml"), std::string::npos);
   EXPECT_NE(error(file + "<emitter type=\"area\"/>").find("cannot shine"), std::string::npos);
+  const std::string mls = file + "<string name=\"surface\" value=\"mls\"/>";
+  EXPECT_EQ(error(mls), "no error");
+  EXPECT_NE(error(file + "<string name=\"surface\" value=\"mesh\"/>").find("splats, mls"), std::string::npos);
+  EXPECT_NE(error(file + "<float name=\"mls_support\" value=\"3\"/>").find("for the surface mls"), std::string::npos);
+  EXPECT_NE(error(mls + "<float name=\"mls_support\" value=\"0.5\"/>").find("[1, 16]"), std::string::npos);
+  EXPECT_NE(error(mls + "<boolean name=\"ellipses\" value=\"true\"/>").find("for splats"), std::string::npos);
+  EXPECT_NE(error(mls + "<boolean name=\"bent_normals\" value=\"true\"/>").find("for splats"), std::string::npos);
   EXPECT_NE(error(file + "<float name=\"size\" value=\"1\"/>").find("size"), std::string::npos);
 }
 

@@ -192,5 +192,82 @@ TEST(SplatsRender, WhatCannotBeIsRefused) {
   EXPECT_THROW(compile(scene), std::exception);
 }
 
+/// The same points as a moving least squares surface. It lies 5/72 h^2 / R within the sphere, which `grown` makes good.
+SplatsDescription mls_ball(const MaterialDescription& material, bool closed = true) {
+  const double h = 0.22, grown = 1 / (1 - 5.0 / 72 * h * h);
+  SplatsDescription ball = splat_ball(material, closed, grown);
+  ball.surface = CloudSurface::mls;
+  return ball;
+}
+
+TEST(MlsRender, ABallIsThatOfTheSphere) {
+  // Diffuse and of glass, over a checkerboard, beside the ball itself.
+  SceneDescription on_floor = scene_seen({0, 2, 6}, {0, 0, 0}, 24, 64, 256);
+  MaterialDescription checker = diffuse_material({0.8f, 0.8f, 0.8f});
+  checker.reflectance.kind = TextureKind::checker;
+  checker.reflectance.second = {0.1f, 0.1f, 0.1f};
+  on_floor.patches.push_back(patch({0, -1.2, 0}, {1, 0, 0}, {0, 0, -1}, 6, checker));
+  for (const MaterialDescription& material : {diffuse_material({0.8f, 0.8f, 0.8f}), dielectric_material(1.5)}) {
+    SceneDescription with_ball = on_floor, with_mls = on_floor;
+    with_ball.balls.push_back(balls({{{0, 0, 0}, 1}}, material));
+    with_mls.splats = {mls_ball(material)};
+    const double difference = block_difference(picture_of(with_mls), picture_of(with_ball));
+    std::printf("root mean square of the blocks' differences %.4f\n", difference);
+    EXPECT_LT(difference, 0.01);
+  }
+}
+
+TEST(MlsRender, LightIsNeitherLostNorMade) {
+  // In light of radiance 1 from everywhere a convex diffuse body is its reflectance, glass and mirrors are invisible: see above.
+  for (const bool closed : {true, false}) {
+    SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 14, 24, 64);
+    scene.splats.push_back(mls_ball(diffuse_material({0.8f, 0.8f, 0.8f}), closed));
+    const Measured m = render_and_measure(scene, LightStrategy::bsdf_only);
+    EXPECT_NEAR(m.mean, 0.8, 0.8 * 1e-3) << (closed ? "closed" : "open");
+    EXPECT_NEAR(m.least, 0.8, 0.8 * 1e-2) << (closed ? "closed" : "open");
+  }
+  for (const MaterialDescription& material : {dielectric_material(1.5), conductor_material()}) {
+    SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 16, 32, 64);
+    scene.splats.push_back(mls_ball(material));
+    const Measured m = render_and_measure(scene);
+    EXPECT_NEAR(m.mean, 1, 2e-3);
+    EXPECT_LE(m.counters.contradictions, m.counters.paths / 1000);
+    EXPECT_EQ(m.counters.stuck, 0u);
+  }
+}
+
+TEST(MlsRender, PlacedAndColouredTheyAreTheSameOnAnyNumberOfThreads) {
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 22, 32, 16);
+  SplatsDescription ball = mls_ball(diffuse_material({0, 0, 0}));
+  ball.material.reflectance.kind = TextureKind::own;
+  for (const Vec3d& c : ball.centers) ball.colors.push_back(c.x > 0 ? Rgb{0.9f, 0.1f, 0.2f} : Rgb{0.1f, 0.3f, 0.7f});
+  scene.splats.push_back(ball);
+  RenderControl control;
+  control.threads = 1;
+  const Film one = render(scene, control).film;
+  control.threads = 3;
+  const Film three = render(scene, control).film;
+  for (std::size_t i = 0; i < one.pixels.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(one.pixels[i].radiance[c], three.pixels[i].radiance[c]);
+  // Twice the points' distances at half the size is the same body.
+  for (Vec3d& c : scene.splats[0].centers) c = 2 * c;
+  for (float& r : scene.splats[0].radii) r *= 2;
+  scene.splats[0].placement.x_axis = {0.5, 0, 0};
+  scene.splats[0].placement.y_axis = {0, 0.5, 0};
+  scene.splats[0].placement.z_axis = {0, 0, 0.5};
+  EXPECT_LT(block_difference(render(scene, control).film, one), 2e-3);
+}
+
+TEST(MlsRender, WhatCannotBeIsRefused) {
+  SceneDescription scene = scene_seen({0, 0, 6}, {0, 0, 0}, 22, 8, 1);
+  scene.splats.push_back(mls_ball(diffuse_material({0.5f, 0.5f, 0.5f})));
+  EXPECT_NO_THROW(compile(scene));
+  scene.splats[0].mls_support = 0.5;
+  EXPECT_THROW(compile(scene), std::exception);
+  scene.splats[0].mls_support = 4;
+  scene.splats[0].bent_normals = true;
+  EXPECT_THROW(compile(scene), std::exception);
+}
+
 }  // namespace
 }  // namespace embrun

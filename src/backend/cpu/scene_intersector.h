@@ -4,6 +4,7 @@
 #include "backend/cpu/fluid_mesh.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_batch.h"
+#include "geometry/mls_surface.h"
 #include "integrators/scene_hit.h"
 #include "media/media_state.h"
 #include "scene/flat_coordinates.h"
@@ -110,7 +111,9 @@ struct CpuIntersector {
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
         case GeometryKind::splats: {
           const SplatGeometry& splats = scene.flat.splats[instance.geometry];
-          count = splats_contain(splats.set, splats.tree, own) ? 1 : 0;
+          const bool contains =
+              splats.mls ? mls_contains(splats.set, splats.tree, own) : splats_contain(splats.set, splats.tree, own);
+          count = contains ? 1 : 0;
           break;
         }
         case GeometryKind::patch:
@@ -205,19 +208,25 @@ struct CpuIntersector {
     return true;
   }
 
+  static bool intersect_cloud(const SplatGeometry& cloud, const Ray& ray, bool inside, const SplatStart& start,
+                              SurfaceHit& hit) {
+    if (cloud.mls) return intersect_mls(cloud.set, cloud.tree, ray, inside, start, hit);
+    return intersect_splats(cloud.set, cloud.tree, ray, inside, start, hit);
+  }
+
   bool intersect_placed_splats(const Instance& instance, const Ray& ray, const MediaState& media,
                                SurfaceHit& hit) const {
     const SplatGeometry& splats = scene.flat.splats[instance.geometry];
     const bool inside = instance.solid >= 0 && media.inside_solid(instance.solid);
     SplatStart start = splat_start_of(ray, instance.splats);
-    if (instance.identity) return intersect_splats(splats.set, splats.tree, ray, inside, start, hit);
+    if (instance.identity) return intersect_cloud(splats, ray, inside, start, hit);
     float scale;
     const Ray own = transform_ray(instance.to_object, ray, scale);
     if (start.radius > 0.0f) {
       start.normal = normalize(instance.to_world.transposed(start.normal));
       start.radius *= scale;
     }
-    if (!intersect_splats(splats.set, splats.tree, own, inside, start, hit)) return false;
+    if (!intersect_cloud(splats, own, inside, start, hit)) return false;
     hit.t *= 1.0f / scale;
     hit.splat_radius *= 1.0f / scale;
     hit.position = instance.to_world.point(hit.position);

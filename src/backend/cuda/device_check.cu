@@ -4,6 +4,7 @@
 #include "geometry/ball_set.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_trace.h"
+#include "geometry/mls_surface.h"
 #include "geometry/splat_tree.h"
 #include "geometry/surface_coordinates.h"
 #include "integrators/ambient_occlusion.h"
@@ -143,6 +144,15 @@ __global__ void device_check(const PathScene* scene, const DeviceIntersector* in
     case IntegratorKind::whitted: pixels[i] = trace_whitted(*scene, *intersector, x, y, counters[i]); break;
     case IntegratorKind::ambient_occlusion: pixels[i] = trace_occlusion(*scene, *intersector, x, y, counters[i]); break;
   }
+}
+
+/// The other surface of points, by itself.
+__global__ void device_check_mls(const SplatSet* set, const SplatTreeView* tree, const Ray* rays, SurfaceHit* hits,
+                                 bool* found, int count) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i >= count) return;
+  const bool inside = mls_contains(*set, *tree, rays[i].origin);
+  found[i] = intersect_mls(*set, *tree, rays[i], inside, splat_start_of(rays[i], 0), hits[i]);
 }
 
 }  // namespace embrun

@@ -33,6 +33,25 @@ SplatOptions read_options(SceneObject& shape) {
   return options;
 }
 
+/// Which surface the points have, of those options.
+void read_surface(SceneObject& shape, const SplatOptions& options, SplatsDescription& splats) {
+  const std::string surface = shape.text("surface").value_or("splats");
+  if (surface != "splats" && surface != "mls")
+    shape.fail(fmt::format("'surface' is {}: there are splats, mls", quoted(surface)));
+  splats.bent_normals = shape.flag("bent_normals").value_or(false);
+  const bool given = shape.has("mls_support");
+  splats.mls_support = shape.number("mls_support", splats.mls_support);
+  if (surface == "splats") {
+    if (given) shape.fail("'mls_support' is for the surface mls");
+    return;
+  }
+  splats.surface = CloudSurface::mls;
+  if (!(splats.mls_support >= 1 && splats.mls_support <= 16))
+    shape.fail(fmt::format("'mls_support' is {}: it must be in [1, 16]", splats.mls_support));
+  if (options.ellipses) shape.fail("'ellipses' is for splats: the surface mls takes points as round");
+  if (splats.bent_normals) shape.fail("'bent_normals' is for splats: the surface mls is smooth");
+}
+
 /// Turns all round: what was inside is outside.
 void flip(SplatsDescription& splats) {
   for (Vec3& n : splats.normals) n = -n;
@@ -57,7 +76,7 @@ void read_splats_shape(SceneReading& reading, SceneObject& shape, const Placemen
   splats.file = path;
   splats.options = options;
   splats.options.closed = splats.closed;
-  splats.bent_normals = shape.flag("bent_normals").value_or(false);
+  read_surface(shape, options, splats);
   splats.flipped = shape.flag("flip_normals").value_or(false);
   if (splats.flipped) flip(splats);
   splats.placement = compose(outer, shape.placement("to_world"));
