@@ -53,7 +53,7 @@ inline void add_cloud_surface_options(CLI::App& c, RenderOptions& o) {
       ->group(cloud_options_group);
   c.add_option("--mls-support", o.mls_support,
                "1 to 16: how far a point is felt by mls, in splat radii; more is smoother")
-      ->default_str("4")
+      ->default_str("3")
       ->group(cloud_options_group);
 }
 

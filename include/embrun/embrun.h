@@ -91,7 +91,7 @@ struct RenderOptions {
   // Points of surfaces, which are no fluid.
   CloudOptions cloud;
   std::string point_surface = "splats";  ///< splats, mls: a smooth moving least squares surface through them
-  std::optional<double> mls_support;     ///< of mls: how far a point is felt, in splat radii, 1 to 16; default 4
+  std::optional<double> mls_support;     ///< of mls: how far a point is felt, in splat radii, 1 to 16; default 3
 
   // Water and surroundings.
   double ior = 1.33;

@@ -11,7 +11,7 @@ namespace embrun {
 /// There is a surface where |x - a(x)| is at most so many times the mean support. Over a half plane of points of even density
 /// it is 0.2122 h on the border itself: 2 / pi of the mean distance h / 3. A little more keeps uneven sampling from making
 /// holes.
-inline constexpr float mls_open_reach = 0.3f;
+inline constexpr float mls_open_reach = 0.4f;
 /// A body has no border, and what is wanted is that nothing gets through.
 inline constexpr float mls_closed_reach = 0.5f;
 /// Points that weigh less in all make no surface; one alone weighs 1 where it is.
@@ -124,7 +124,7 @@ EMBRUN_LOCAL_FN bool march_mls(const Field& field, const MlsStretch& stretch, Ml
     return false;
   }
   if (length > longest) {
-    march.length = 0.6f * longest;
+    march.length = 0.35f * longest;
     return false;
   }
   const MlsValue f = sums.value.value(stretch.direction);
@@ -162,7 +162,7 @@ EMBRUN_LOCAL_FN bool march_mls(const Field& field, const MlsStretch& stretch, Ml
   const float root = sqrtf(slope * slope + 2.0f * bounds.curvature * g);
   const float free = slope < 0.0f ? 2.0f * g / (root - slope) : (slope + root) / max_of(bounds.curvature, 1e-30f);
   march.t += max_of(min_of(free, length), step);
-  march.length = free >= length ? 2.0f * length : max_of(3.0f * free, 4.0f * step);
+  march.length = free >= length ? 1.7f * length : max_of(1.7f * free, 4.0f * step);
   march.length = min_of(march.length, longest);
   return false;
 }

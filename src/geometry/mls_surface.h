@@ -11,7 +11,7 @@
 namespace embrun {
 
 /// Supports as a multiple of the splat radius that just closes the surface.
-inline constexpr double mls_default_support = 4;
+inline constexpr double mls_default_support = 3;
 
 /// What a ray may meet.
 enum class MlsSides : std::uint8_t { both, fronts, backs };

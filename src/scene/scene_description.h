@@ -41,7 +41,7 @@ struct SplatsDescription {
   bool closed = false;
   CloudSurface surface = CloudSurface::splats;
   /// Of a moving least squares surface: how far a point is felt, in radii of its splat, in [1, 16].
-  double mls_support = 4;
+  double mls_support = 3;
   bool bent_normals = false;  ///< a splat's normal turns over it as those of its neighbours do
   MaterialDescription material;
   Placement placement;
