@@ -21,6 +21,9 @@ inline constexpr float mls_least_agreement = 0.1f;
 /// The search goes on by at least this share of the least support: two zeros nearer to each other may be missed.
 inline constexpr float mls_least_step = 1e-4f;
 
+/// Bounds are of little use for longer parts of a ray than this share of the least support.
+inline constexpr float mls_longest_proof = 0.5f;
+
 /// A stretch of a line: x = origin of the points + t direction, t in [0, end].
 struct MlsStretch {
   Vec3 direction;
@@ -102,12 +105,22 @@ struct MlsMarch {
   int last_sign = 0;  ///< and its sign there; 0: something between there and t was passed over
 };
 
+/// Goes on for as far as F is proven to keep its sign. `g` is |F|, `slope` its derivative.
+EMBRUN_FN void go_on_freely(const MlsStretch& stretch, float curvature, float g, float slope, MlsMarch& march) {
+  const float step = mls_least_step * stretch.least_support, length = march.length;
+  // That is as long as g + slope s - curvature s^2 / 2 does.
+  const float root = sqrtf(slope * slope + 2.0f * curvature * g);
+  const float free = slope < 0.0f ? 2.0f * g / (root - slope) : (slope + root) / max_of(curvature, 1e-30f);
+  march.t += max_of(min_of(free, length), step);
+  march.length = free >= length ? 1.7f * length : max_of(1.7f * free, 4.0f * step);
+  march.length = min_of(march.length, mls_longest_proof * stretch.least_support);
+}
+
 /// A step along a stretch. True: `crossing` is the surface, and the march stands behind it.
 template <class Field>
 EMBRUN_LOCAL_FN bool march_mls(const Field& field, const MlsStretch& stretch, MlsMarch& march, MlsCrossing& crossing) {
   const float step = mls_least_step * stretch.least_support;
-  // Bounds are of little use for more.
-  const float longest = 0.5f * stretch.least_support;
+  const float longest = mls_longest_proof * stretch.least_support;
   march.length = min_of(march.length, stretch.end - march.t);
   const float t = march.t, length = march.length;
   const MlsQuestion ask{stretch.direction * t, stretch.direction, stretch.usual, length};
@@ -158,12 +171,7 @@ EMBRUN_LOCAL_FN bool march_mls(const Field& field, const MlsStretch& stretch, Ml
     march.last_sign = 0;
     return surface;
   }
-  // F keeps its sign for as long as g + slope s - curvature s^2 / 2 does.
-  const float root = sqrtf(slope * slope + 2.0f * bounds.curvature * g);
-  const float free = slope < 0.0f ? 2.0f * g / (root - slope) : (slope + root) / max_of(bounds.curvature, 1e-30f);
-  march.t += max_of(min_of(free, length), step);
-  march.length = free >= length ? 1.7f * length : max_of(1.7f * free, 4.0f * step);
-  march.length = min_of(march.length, longest);
+  go_on_freely(stretch, bounds.curvature, g, slope, march);
   return false;
 }
 
