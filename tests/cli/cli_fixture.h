@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -33,8 +34,9 @@ class Cli : public ::testing::Test {
 
   void SetUp() override {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder =
-        fs::path(::testing::TempDir()) / ("embrun_cli_" + std::string(test->test_suite_name()) + "_" + test->name());
+    // Tests of another build may run at the same time.
+    folder = fs::path(::testing::TempDir()) / ("embrun_cli_" + std::string(test->test_suite_name()) + "_" +
+                                               test->name() + "_" + std::to_string(getpid()));
     fs::remove_all(folder);
     fs::create_directories(folder);
     // A cube of water and a drop above it.

@@ -315,23 +315,16 @@ TEST_F(Cli, SaysWhatItTakesOtherParticlesFor) {
   EXPECT_NE(colored.out.find("coloured by speed: 1 to 4"), std::string::npos) << colored.out;
 }
 
-// After its last refraction a path goes straight on, here where two sheets meet: once it crossed them in turn 2000 times.
-// Paths where that happens change with every rounding: these are of the instruction set that all machines have.
+// After its last refraction a path goes straight on, also where two sheets meet: some crossed them in turn 2000 times, about
+// one of 12,000 here, and were lost.
 TEST_F(Cli, GoesStraightOnThroughSheetsThatMeet) {
-  for (const char* path :
-       {"52,64,1,1 --first-sample 10", "106,109,1,1 --first-sample 21", "89,83,1,1 --first-sample 32",
-        "64,94,1,1 --first-sample 40", "66,104,1,1 --first-sample 71"}) {
-    ASSERT_EQ(run(std::string("render ") + EMBRUN_DATA_DIR +
-                      "/dam_break.bgeo -o x.pfm --size 192x144 --max-depth 8 --refractions 2 --spp 1 --json r.json "
-                      "--crop " +
-                      path,
-                  "EMBRUN_ISA=baseline")
-                  .exit_code,
-              0);
-    const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
-    EXPECT_EQ(report["bad_samples"]["count"], 0) << path;
-    EXPECT_GT(report["rays"]["secondary_inside"]["count"], 10) << path;
-  }
+  ASSERT_EQ(run(std::string("render ") + EMBRUN_DATA_DIR +
+                "/dam_break.bgeo -q -o x.pfm --size 192x144 --max-depth 8 --refractions 2 --spp 8 --json r.json")
+                .exit_code,
+            0);
+  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
+  EXPECT_EQ(report["bad_samples"]["count"], 0);
+  EXPECT_GT(report["rays"]["secondary_inside"]["count"], 10000);
 }
 
 TEST_F(Cli, TakesAnEnvironmentAndAMesh) {
