@@ -81,5 +81,31 @@ TEST_F(Cli, AScanMayBeAnMlsSurface) {
   expect_refused("render ball.xyz -o x.pfm --point-surface mls --points fluid" + small, 1, "that is for scans");
 }
 
+// The bundled cloud: points and paint, and nothing else.
+TEST_F(Cli, APaintedCloudStandsInWater) {
+  const std::string data = EMBRUN_DATA_DIR;
+  const Outcome outcome =
+      run("render " + data + "/duck.ply -o albedo.pfm --layer albedo --floor none --size 64x36 --spp 16");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* words : {"normals: estimated", "outwards", "colours: from the file", "closed: yes", " 0 outliers"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words << outcome.out;
+  // The paint is sRGB (250, 200, 40) on most of what is seen, and red with white dots on the scarf. What is not the duck is
+  // white or black.
+  const Image albedo = read_image(folder / "albedo.pfm");
+  int yellow = 0, red = 0;
+  for (std::size_t i = 0; i < albedo.pixels.size(); i += 3) {
+    const float r = albedo.pixels[i], g = albedo.pixels[i + 1], b = albedo.pixels[i + 2];
+    yellow += r > 0.9f && std::fabs(g - 0.578f) < 0.1f && b < 0.15f;
+    red += r > 0.4f && g < 0.3f && b < 0.3f && std::fabs(g - b) < 0.05f;
+  }
+  EXPECT_GT(yellow, 64 * 36 / 16);
+  EXPECT_GT(red, 4);
+
+  ASSERT_EQ(run("render " + data + "/duck_in_pool.xml -o duck.pfm --size 32x18 --spp 2 --json r.json").exit_code, 0);
+  const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
+  EXPECT_EQ(report["bad_samples"]["count"], 0);
+  EXPECT_GT(report["rays"]["secondary_inside"]["count"], 100);
+}
+
 }  // namespace
 }  // namespace embrun
