@@ -214,8 +214,7 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
        "--boundary-nee", o.boundary_nee,
        "how shadow rays meet the surface of water and glass: off (they end there; small lights reach the inside by "
        "chance alone), straight (straight on through it: quiet, but biased, as if it did not bend light), or auto "
-       "(straight "
-       "with --integrator whitted, else off)")
+       "(straight with --integrator whitted, else off)")
       ->capture_default_str()
       ->group(group);
   c.add_option(

@@ -1,23 +1,18 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
+
+#include "geometry/oracle_vectors.h"
 
 // Moving least squares surfaces by looking at all points in double precision, everywhere along the ray. Written from the
 // definition of the surface alone: it shares no header with what it judges.
 
 namespace embrun::mls_oracle {
 
-using V = std::array<double, 3>;
-
-inline V operator+(V a, V b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline V operator-(V a, V b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline V operator*(double s, V a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double dot(V a, V b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline double norm(V a) { return std::sqrt(dot(a, a)); }
+using namespace oracle_vectors;
 
 struct Point {
   V center, normal;

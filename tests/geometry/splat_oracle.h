@@ -1,24 +1,19 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <vector>
+
+#include "geometry/oracle_vectors.h"
 
 // Which hit a ray has on a cloud of splats, by looking at all of them in double precision. Written from the description of
 // the method alone: it shares no header with what it judges.
 
 namespace embrun::splat_oracle {
 
-using V = std::array<double, 3>;
-
-inline V operator+(V a, V b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline V operator-(V a, V b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline V operator*(double s, V a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double dot(V a, V b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline double norm(V a) { return std::sqrt(dot(a, a)); }
+using namespace oracle_vectors;
 
 /// Centre, unit normal, and the two half axes as vectors (a disc: any two of equal length at right angles).
 struct Disc {
