@@ -20,6 +20,7 @@ enum ExitCode : int {
 void add_render_command(CLI::App& program, const std::string& command_line, int& exit_code);
 void add_info_command(CLI::App& program, int& exit_code);
 void add_mesh_command(CLI::App& program, const std::string& command_line, int& exit_code);
+void add_splats_command(CLI::App& program, int& exit_code);
 void add_scene_command(CLI::App& program, int& exit_code);
 void add_compare_command(CLI::App& program, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);

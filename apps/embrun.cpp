@@ -25,6 +25,7 @@ constexpr const char* footer =
     "  embrun render dam.bgeo -o dam.png\n"
     "  embrun render scene.xml -o scene.png\n"
     "  embrun mesh dam.bgeo -o dam.ply\n"
+    "  embrun splats city.ply -o city.splats\n"
     "  embrun info dam.bgeo\n"
     "  embrun compare dam.exr reference.exr\n"
     "  embrun reproduce dam-break --quick -o out\n"
@@ -43,6 +44,7 @@ int run(int argc, char** argv) {
   add_render_command(program, command_line_of(argc, argv), exit_code);
   add_info_command(program, exit_code);
   add_mesh_command(program, command_line_of(argc, argv), exit_code);
+  add_splats_command(program, exit_code);
   add_scene_command(program, exit_code);
   add_compare_command(program, exit_code);
   add_bench_command(program, exit_code);

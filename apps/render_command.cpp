@@ -274,11 +274,11 @@ void parse_text(RenderArguments& a) {
 
 /// What may be said of a scene file on the command line; the rest it says itself.
 constexpr const char* scene_options[] = {
-    "--output",         "--size",      "--crop",         "--spp",          "--seed",
-    "--layer",          "--exposure",  "--tone",         "--filter",       "--denoise",
-    "--threads",        "--max-depth", "--refractions",  "--first-sample", "--define",
-    "--boundary-nee",   "--clamp",     "--write-scene",  "--json",         "--quiet",
-    "--representation", "--mesh-cell", "--density-cell", "--integrator",   "--ao-distance"};
+    "--output",      "--size",         "--crop",           "--spp",          "--seed",         "--layer",
+    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads",      "--max-depth",
+    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",        "--write-scene",
+    "--json",        "--quiet",        "--representation", "--mesh-cell",    "--density-cell", "--integrator",
+    "--ao-distance", "--lod"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -305,6 +305,7 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--clamp")) scene.clamp = o.clamp.value_or(std::numeric_limits<double>::infinity());
   if (given("--seed")) scene.seed = o.seed;
   if (given("--filter")) scene.filter = o.filter;
+  scene.lod = o.lod;
   if (given("--representation")) scene.representation = o.representation;
   scene.mesh_cell = o.mesh_cell;
   scene.density_cell = o.density_cell;
@@ -384,6 +385,7 @@ constexpr const char* render_footer =
     "  embrun render dam.bgeo -o milk.png --extinction 20 --albedo 0.99\n"
     "  embrun render red.bgeo -o two.png --absorption 0.1,4,4 --fluid blue.bgeo:absorption=4,2,0.1\n"
     "  embrun render scan.ply -o scan.png\n"
+    "  embrun render city.splats -o city.png --up z\n"
     "  embrun render dam.bgeo -o clean.png --spp 16 --denoise --json report.json\n\n"
     "Exit codes: 0 done, 1 a file or its content is at fault, 2 the command line is,\n"
     "130 interrupted (Ctrl-C); the picture then holds the samples there were.";
@@ -397,14 +399,19 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   render->option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   render
       ->add_option("INPUT", arguments->input,
-                   "particle file: BGEO, PLY, PCD, LAS, OBJ, legacy VTK, XYZ or CSV, told by its content; or a scene "
-                   "file, *.xml")
+                   "particle file: BGEO, PLY, PCD, LAS, OBJ, legacy VTK, XYZ or CSV, or a file of splats, told by its "
+                   "content; or a scene file, *.xml")
       ->required();
   add_picture_options(*render, *arguments);
   add_camera_options(*render, *arguments);
   add_surface_options(*render, *arguments);
   add_cloud_options(*render, arguments->options.cloud, arguments->sensor);
   add_cloud_surface_options(*render, arguments->options);
+  render
+      ->add_option("--lod", arguments->options.lod,
+                   "pixels: one splat stands for all those of a part of the cloud that looks smaller. 0: off")
+      ->default_str("1 for files of splats, else off")
+      ->group("Scans: points of surfaces");
   add_scene_options(*render, *arguments);
   add_inside_options(*render, *arguments);
   add_kind_options(*render, *arguments);

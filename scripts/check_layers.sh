@@ -24,7 +24,7 @@ lights       | $l1 geometry
 camera       | $l1
 integrators  | $l2
 scene        | $l2
-io           | $l1 scene geometry/triangle_mesh
+io           | $l1 scene geometry/triangle_mesh geometry/splat_hierarchy
 meshing      | $l2
 backend/cpu  | $l2 integrators scene/flat
 backend/cuda | $l2 integrators scene/flat
@@ -36,7 +36,8 @@ apps         | face
 python       | face
 web          | face
 "
-# The triangle mesh is plain data: meshing, which cannot see scene, makes it, and io reads and writes it.
+# The triangle mesh is plain data: meshing, which cannot see scene, makes it, and io reads and writes it. So are the arrays
+# of a hierarchy of splats, which a file holds as they are.
 # 'face' is include/embrun, whose headers see only each other and the standard library.
 
 # Libraries that only some folders may see.

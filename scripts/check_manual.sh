@@ -6,7 +6,7 @@ program=$1
 manual=${2:-$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/docs/manual.md}
 
 # Lines of --help that begin with an option, and the long names on them.
-offered=$({ "$program" render --help; "$program" info --help; "$program" mesh --help; "$program" scene --help; "$program" compare --help; "$program" reproduce --help; "$program" bench --help; } |
+offered=$({ "$program" render --help; "$program" info --help; "$program" mesh --help; "$program" splats --help; "$program" scene --help; "$program" compare --help; "$program" reproduce --help; "$program" bench --help; } |
   grep -E '^ +-' | grep -oE '^ +(-[a-zA-Z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+' | grep -vx -- --help | sort -u)
 explained=$(grep -oE -- '--[a-z][a-z-]+' "$manual" | grep -vx -- --help | sort -u)
 difference=$(diff <(echo "$offered") <(echo "$explained") || true)

@@ -92,6 +92,10 @@ struct RenderOptions {
   CloudOptions cloud;
   std::string point_surface = "splats";  ///< splats, mls: a smooth moving least squares surface through them
   std::optional<double> mls_support;     ///< of mls: how far a point is felt, in splat radii, 1 to 16; default 3
+  /// Level of detail: one splat stands for all those of a part of the cloud that is smaller than so many pixels, and after
+  /// scattering than so many footprints of the path. 0: off, every splat counts. Default: 1 for a file of splats
+  /// (splat_file), else off.
+  std::optional<double> lod;
 
   // Water and surroundings.
   double ior = 1.33;
@@ -150,6 +154,7 @@ struct SceneInput {
   std::optional<std::string> representation;  ///< of all fluids
   std::optional<double> mesh_cell;            ///< of those that are meshed
   std::optional<double> density_cell;         ///< likewise
+  std::optional<double> lod;                  ///< of all clouds
 };
 
 /// Throws when an option is out of range or unknown.
@@ -172,7 +177,7 @@ struct Picture {
 };
 
 struct Progress {
-  const char* stage = "";  ///< reading, building, meshing (a part of building), rendering, writing
+  const char* stage = "";  ///< reading, sorting, building, meshing (a part of building), rendering, writing
   double fraction = 0;     ///< of the stage, 0 to 1
   double elapsed = 0;      ///< seconds, of the stage
   double remaining = -1;   ///< seconds, an estimate; negative: unknown
@@ -349,6 +354,44 @@ void check_density_output(const std::string& density_file);
 /// format: ply, obj.
 MeshReport mesh_file(const std::string& particle_file, const std::string& mesh_file, const MeshOptions& options = {},
                      const RenderHooks& hooks = {});
+
+/// How the points of a file become splats with their levels of detail.
+struct SplatFileOptions {
+  CloudOptions cloud;
+  /// Reads the file in pieces, whatever its size. Otherwise that is done of binary PLY files of more than 4 million points.
+  bool stream = false;
+  double memory = 2;    ///< GiB of points that are sorted at a time, >= 0.001; others wait in scratch files
+  std::string scratch;  ///< folder of scratch files; default: that of the output
+  int threads = 0;      ///< 0: as many as the machine has
+};
+
+struct SplatFileReport {
+  std::string version, input;
+  int threads = 0;
+  bool streamed = false;
+  double peak_memory_bytes = 0;  ///< of the whole process
+  double read_seconds = 0, sort_seconds = 0, build_seconds = 0, cpu_seconds = 0;
+  std::uint64_t points = 0, dropped = 0, splats = 0, nodes = 0, bricks = 0, file_bytes = 0;
+  std::uint64_t runs = 0;  ///< sorted by themselves and put away; 0: all fitted into memory
+  double least_radius = 0, median_radius = 0, greatest_radius = 0;
+  std::string radius_source;  ///< given, file, spacing
+  bool closed = false, has_colors = false;
+  std::vector<std::string> notes;  ///< what was left out, one sentence each
+};
+
+/// Several lines for people, ending with a line feed.
+std::string to_text(const SplatFileReport& report);
+/// A JSON object.
+std::string to_json(const SplatFileReport& report);
+
+/// Throws when an option is out of range or unknown, or when a file of splats could not be written there (.splats).
+void check_splat_file_options(const SplatFileOptions& options);
+void check_splat_output(const std::string& splat_file);
+
+/// Reads a cloud and writes its splats with their levels of detail, which a render maps instead of reading. The cloud may be far
+/// larger than memory. The same bytes for any memory and any number of threads.
+SplatFileReport splat_file(const std::string& point_file, const std::string& splat_file,
+                           const SplatFileOptions& options = {}, const RenderHooks& hooks = {});
 
 /// What is in a particle file: count, attributes, bounds; of a fluid the rest spacing and radius, of a scan what its splats
 /// would be. For people, or as a JSON object. `radius`: as RenderOptions::radius.

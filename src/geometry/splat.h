@@ -70,7 +70,7 @@ EMBRUN_FN float squared_splat_reach(const Splat& splat, Vec3 from_center) {
 
 /// The meeting of a line and a splat, or false. Every search ends here, and the compiler keeps one copy of it, so that
 /// all find the same bits.
-__attribute__((noinline)) EMBRUN_LOCAL_FN bool meet_splat(const Splat& splat, const Ray& ray, SplatMeeting& meeting) {
+EMBRUN_LOCAL_FN __attribute__((noinline)) bool meet_splat(const Splat& splat, const Ray& ray, SplatMeeting& meeting) {
   const float along = dot(ray.direction, splat.normal);
   const Vec3 to_center = splat.center - ray.origin;
   const float t = dot(to_center, splat.normal) / along;
@@ -107,10 +107,11 @@ EMBRUN_FN std::uint32_t lanes_to_meet(const SplatBlock& block, const Ray& ray, f
   return bits;
 }
 
-/// Shows the query those splats of a block that it may meet; number(lane) is what it knows them by.
+/// Shows the query those splats of a block that it may meet; number(lane) is what it knows them by. Bits of `wanted` are
+/// those of lanes that count.
 template <class Query, class Number>
-EMBRUN_FN void offer_block(const SplatBlock& block, Query& query, const Number& number) {
-  std::uint32_t lanes = lanes_to_meet(block, query.ray(), query.near(), query.limit());
+EMBRUN_FN void offer_block(const SplatBlock& block, Query& query, const Number& number, std::uint32_t wanted = ~0u) {
+  std::uint32_t lanes = lanes_to_meet(block, query.ray(), query.near(), query.limit()) & wanted;
   for (std::uint32_t lane = 0; lanes != 0; ++lane, lanes >>= 1)
     if ((lanes & 1u) != 0) query.consider(block.splat(lane), number(lane));
 }

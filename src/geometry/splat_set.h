@@ -138,6 +138,7 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
   const float skipped = max_of(span.enter, 0.0f);
   Ray near = ray;
   near.origin = ray.at(skipped);
+  near.cone_width += near.cone_spread * skipped;
   near.t_min -= skipped;
   near.t_max -= skipped;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/error.h"
 #include "base/parallel.h"
 
 namespace embrun {
@@ -39,11 +40,12 @@ struct Range {
 class Builder {
  public:
   /// `balls`: see build_ball_tree().
-  Builder(const std::vector<Splat>& splats, bool balls) : splats_(splats), balls_(balls) {}
-
-  SplatTree run() {
+  Builder(const std::vector<Splat>& splats, bool balls) : splats_(splats), balls_(balls) {
     for (std::size_t i = 0; i < splats_.size(); ++i)
       if (is_splat(splats_[i])) order_.push_back(static_cast<std::uint32_t>(i));
+  }
+
+  SplatTree run() {
     if (order_.empty()) return std::move(tree_);
     boxes_.resize(splats_.size());
     Range all{0, order_.size(), {}};
@@ -62,8 +64,14 @@ class Builder {
       boxes_[i] = {own.low - Vec3{more, more, more}, own.high + Vec3{more, more, more}};
       all.bounds.include(boxes_[i]);
     }
-    tree_.bounds = all.bounds;
     build(all);
+    return std::move(tree_);
+  }
+
+  SplatTree run(std::vector<Box3> boxes) {
+    boxes_ = std::move(boxes);
+    if (order_.empty()) return std::move(tree_);
+    build(range_of(0, order_.size()));
     return std::move(tree_);
   }
 
@@ -86,6 +94,7 @@ class Builder {
       Range range;
       std::vector<Range> children;
     };
+    tree_.bounds = all.bounds;
     tree_.nodes.emplace_back();
     std::vector<Task> level{{all, {}}};
     for (int depth = 0; !level.empty(); ++depth) {
@@ -119,6 +128,7 @@ class Builder {
     for (std::size_t k = 0; k < std::size_t{splat_tree_width}; ++k) {
       set_box(node, k, Box3{});
       node.child[k] = 0;
+      node.extent[k] = infinity;
     }
     return node;
   }
@@ -236,5 +246,10 @@ class Builder {
 SplatTree build_splat_tree(const std::vector<Splat>& splats) { return Builder(splats, false).run(); }
 
 SplatTree build_ball_tree(const std::vector<Splat>& splats) { return Builder(splats, true).run(); }
+
+SplatTree build_splat_tree(const std::vector<Splat>& splats, std::vector<Box3> boxes) {
+  EMBRUN_CHECK(boxes.size() == splats.size());
+  return Builder(splats, false).run(std::move(boxes));
+}
 
 }  // namespace embrun

@@ -15,23 +15,71 @@ inline constexpr std::uint32_t splat_tree_width = 8;
 struct alignas(64) SplatNode {
   float face[3][2][splat_tree_width];  ///< by axis: the low ones, the high ones
   std::uint32_t child[splat_tree_width];
+  /// The least footprint of a ray, metres, that may take a child's stand-in for all its splats; infinity where there is
+  /// none. Greater than 0.
+  float extent[splat_tree_width];
 };
 inline constexpr std::uint32_t splat_leaf = 0x80000000u;
 
-/// A view of a tree; node 0 is the root, where there are any splats.
+/// True where a node has a child i.
+EMBRUN_FN bool has_child(const SplatNode& node, std::uint32_t i) { return node.face[0][0][i] <= node.face[0][1][i]; }
+
+/// A view of a tree; it has a root where there are any splats.
+///
+/// Where it has stand-ins (see splat_levels.h) a ray is shown those of the children whose extent is at most `detail` times
+/// its footprint at their distance, in place of the splats below. Which ones depends on the ray alone and not on what
+/// it met so far, so that every splat or one stand-in for it is there, once, however often the ray is searched along. Nodes
+/// near by that are just above and just below that size meet as splats of different radii do.
 struct SplatTreeView {
   const SplatNode* nodes = nullptr;
-  const SplatBlock* blocks = nullptr;
+  const SplatBlock* blocks = nullptr;  ///< the splats'; after them the stand-ins', by node
   std::uint32_t node_count = 0;
+  std::uint32_t root = 0;
+  std::uint32_t first_stand_in = 0;  ///< block of node 0's
+  float detail = 0;                  ///< footprints, >= 0; 0: splats alone, as must be where there are no stand-ins
 
   /// The search for intersect_splats().
   template <class Query>
-  EMBRUN_FN void operator()(Query& query) const;
+  EMBRUN_FN void operator()(Query& query) const {
+    const auto visit = [&](std::uint32_t block, float) { offer(block, ~0u, query); };
+    if (detail > 0.0f)
+      search<true>(query, visit);
+    else
+      search<false>(query, visit);
+  }
 
   /// visit(block, enter) for every block whose box query.ray() is in somewhere in [query.near(), query.limit()], roughly
   /// from the nearest on; `enter` is where it comes in, not before near().
   template <class Query, class Visit>
-  EMBRUN_FN void walk(Query& query, const Visit& visit) const;
+  EMBRUN_FN void walk(Query& query, const Visit& visit) const {
+    search<false>(query, visit);
+  }
+
+ private:
+  template <bool by_level, class Query, class Visit>
+  EMBRUN_FN void search(Query& query, const Visit& visit) const;
+
+  template <class Query>
+  EMBRUN_FN void offer(std::uint32_t block, std::uint32_t wanted, Query& query) const {
+    offer_block(
+        blocks[block], query, [=](std::uint32_t lane) { return block * splats_per_block + lane; }, wanted);
+  }
+
+  /// Bit i: the stand-in of the node's child i is enough for the ray.
+  EMBRUN_FN std::uint32_t coarse_children(std::uint32_t node, const Ray& ray) const {
+    const SplatBlock& stand_ins = blocks[first_stand_in + node];
+    const float* least = nodes[node].extent;
+    const Vec3 o = ray.origin, d = ray.direction;
+    const float width = detail * ray.cone_width, spread = detail * ray.cone_spread;
+    std::int32_t enough[splat_tree_width];
+    for (std::uint32_t i = 0; i < splat_tree_width; ++i) {
+      const float along = (stand_ins.x[i] - o.x) * d.x + (stand_ins.y[i] - o.y) * d.y + (stand_ins.z[i] - o.z) * d.z;
+      enough[i] = static_cast<int>(least[i] <= width + spread * max_of(along, 0.0f));
+    }
+    std::uint32_t bits = 0;
+    for (std::uint32_t i = 0; i < splat_tree_width; ++i) bits |= static_cast<std::uint32_t>(enough[i]) << i;
+    return bits;
+  }
 };
 
 inline constexpr std::uint32_t no_splat = ~0u;
@@ -43,7 +91,13 @@ struct SplatTree {
   std::vector<std::uint32_t> order;  ///< for each lane of each block the number the splat was given, or no_splat
   Box3 bounds;                       ///< of all splats and a little more
 
-  SplatTreeView view() const { return {nodes.data(), blocks.data(), static_cast<std::uint32_t>(nodes.size())}; }
+  SplatTreeView view() const {
+    SplatTreeView view;
+    view.nodes = nodes.data();
+    view.blocks = blocks.data();
+    view.node_count = static_cast<std::uint32_t>(nodes.size());
+    return view;
+  }
 };
 
 /// Builds the tree on the threads of the enclosing TBB arena: the same bits for any number of them. Splats that are no
@@ -51,6 +105,9 @@ struct SplatTree {
 SplatTree build_splat_tree(const std::vector<Splat>& splats);
 /// The same for the balls round the centres that have the splats' radii.
 SplatTree build_ball_tree(const std::vector<Splat>& splats);
+
+/// The same with boxes of what the splats stand for in place of their own.
+SplatTree build_splat_tree(const std::vector<Splat>& splats, std::vector<Box3> boxes);
 
 /// Where a ray enters and leaves boxes: divisions done once. A direction of 0 is as good as a very small one.
 struct BoxRay {
@@ -86,26 +143,19 @@ EMBRUN_FN std::uint32_t children_to_visit(const SplatNode& node, const BoxRay& r
   return bits;
 }
 
-template <class Query>
-EMBRUN_FN void SplatTreeView::operator()(Query& query) const {
-  walk(query, [&](std::uint32_t block, float) {
-    offer_block(blocks[block], query, [=](std::uint32_t lane) { return block * splats_per_block + lane; });
-  });
-}
-
-template <class Query, class Visit>
-EMBRUN_FN void SplatTreeView::walk(Query& query, const Visit& visit) const {
+template <bool by_level, class Query, class Visit>
+EMBRUN_FN void SplatTreeView::search(Query& query, const Visit& visit) const {
+  if (node_count == 0) return;
   // Eight children at each of at most 36 levels: see build_splat_tree().
   struct Pending {
     float enter;
     std::uint32_t child;
   };
   constexpr int most_pending = 256;
-  if (node_count == 0) return;
   const BoxRay box_ray(query.ray());
   Pending pending[most_pending];
   int count = 0;
-  Pending next{query.near(), 0};
+  Pending next{query.near(), root};
   for (;;) {
     if (next.enter <= query.limit()) {
       if ((next.child & splat_leaf) != 0) {
@@ -115,6 +165,11 @@ EMBRUN_FN void SplatTreeView::walk(Query& query, const Visit& visit) const {
         const SplatNode& node = nodes[next.child];
         float enter[splat_tree_width];
         std::uint32_t children = children_to_visit(node, box_ray, query.near(), query.limit(), enter);
+        if constexpr (by_level) {
+          const std::uint32_t coarse = children == 0 ? 0 : children & coarse_children(next.child, query.ray());
+          if (coarse != 0) offer(first_stand_in + next.child, coarse, query);
+          children &= ~coarse;
+        }
         const int bottom = count;
         for (std::uint32_t i = 0; children != 0; ++i, children >>= 1) {
           if ((children & 1u) == 0) continue;

@@ -156,6 +156,7 @@ EMBRUN_LOCAL_FN bool scatter_in_medium(const PathScene& scene, PathState& path, 
   path.left_medium = true;
   note_event(scene.settings, path, false, false);
   ray.cone_width += ray.cone_spread * collision.t;
+  ray.cone_spread = max_of(ray.cone_spread, spread_of_density(next.pdf));
   ray.origin = point;
   ray.direction = next.wi;
   ray.clearance = {};

@@ -4,6 +4,7 @@
 #include "integrators/medium_flight.h"
 #include "integrators/path_scene.h"
 #include "integrators/path_state.h"
+#include "integrators/ray_spread.h"
 #include "integrators/scene_hit.h"
 #include "lights/mis.h"
 
@@ -350,6 +351,8 @@ EMBRUN_LOCAL_FN bool start_shadow_ray(const PathScene& scene, const PathState& p
   shadow.media = media;
   shadow.random = RandomStream(path.key, Dimension::shadow_tracking);
   shadow.ray = path.ray;
+  shadow.ray.cone_width += path.ray.cone_spread * length(origin - path.ray.origin);
+  if (!light.delta) shadow.ray.cone_spread = max_of(path.ray.cone_spread, spread_of_density(light.pdf));
   shadow.ray.origin = origin;
   shadow.ray.direction = light.direction;
   shadow.ray.clearance = {};
@@ -409,6 +412,7 @@ EMBRUN_LOCAL_FN void bounce_path(const PathScene& scene, PathState& path, const 
   // Straight shadow rays cross smooth interfaces alone.
   note_event(scene.settings, path, next.specular, next.transmitted && event.bsdf.kind == BsdfKind::dielectric);
   path.ray.cone_width += path.ray.cone_spread * hit.surface.t;
+  if (!next.specular) path.ray.cone_spread = max_of(path.ray.cone_spread, spread_of_density(next.pdf));
   path.ray.origin = leave_surface(hit, next.wi);
   path.ray.direction = next.wi;
   path.ray.clearance = leaving_clearance(hit, next.wi);

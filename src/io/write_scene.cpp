@@ -205,11 +205,9 @@ void write(Xml& xml, const Pictures& pictures, const MeshDescription& mesh, std:
   }
 }
 
-void write(Xml& xml, const Pictures& pictures, const SplatsDescription& splats, std::size_t index) {
-  need_file(splats.file, "splats", index);
+/// How points became splats.
+void write_choices(Xml& xml, const SplatsDescription& splats) {
   const SplatOptions& options = splats.options;
-  xml.open("shape type=\"splats\"");
-  xml.file(splats.file);
   if (options.normals != NormalChoice::automatic)
     xml.text("normals", options.normals == NormalChoice::file ? "file" : "estimate");
   if (options.neighbours) xml.whole("neighbours", static_cast<int>(*options.neighbours));
@@ -228,6 +226,15 @@ void write(Xml& xml, const Pictures& pictures, const SplatsDescription& splats, 
   }
   if (splats.bent_normals) xml.flag("bent_normals", true);
   if (splats.flipped) xml.flag("flip_normals", true);
+}
+
+void write(Xml& xml, const Pictures& pictures, const SplatsDescription& splats, std::size_t index) {
+  need_file(splats.file, "splats", index);
+  xml.open("shape type=\"splats\"");
+  xml.file(splats.file);
+  if (splats.hierarchy == nullptr) write_choices(xml, splats);
+  // Of a file of splats it is on unless said otherwise.
+  if (splats.detail > 0 || splats.hierarchy != nullptr) xml.real("detail", splats.detail);
   xml.placement(splats.placement);
   write_material(xml, pictures, splats.material);
   xml.close();

@@ -31,7 +31,8 @@ EMBRUN_FN Transform inverse_of(const Transform& m) {
   return inverse;
 }
 
-/// The ray in the space that `m` leads to, its direction of unit length again. `scale` receives the length of a
+/// The ray in the space that `m` leads to, its direction of unit length again and its footprint scaled as lengths along it
+/// are. `scale` receives the length of a
 /// unit of the old ray parameter in the new space.
 EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   Ray out = ray;
@@ -41,6 +42,7 @@ EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   out.direction = out.direction / scale;
   out.t_min = ray.t_min * scale;
   out.t_max = ray.t_max * scale;
+  out.cone_width = ray.cone_width * scale;
   return out;
 }
 

@@ -61,18 +61,24 @@ Bounds bounds_of(std::span<const Vec3d> points) {
 
 }  // namespace
 
+constexpr double curve_cells = 1 << 21;  // along an axis: three numbers of 21 bits make a key
+
+CurveGrid::CurveGrid(Vec3d low, Vec3d high) : origin_(low) {
+  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  if (extent > 0) scale_ = curve_cells / extent;
+}
+
+std::uint64_t CurveGrid::key(Vec3d point) const {
+  const Vec3d at = (point - origin_) * scale_;
+  const auto cell = [](double x) { return static_cast<std::uint64_t>(std::clamp(x, 0.0, curve_cells - 1)); };
+  return spread_bits(cell(at.x)) | spread_bits(cell(at.y)) << 1 | spread_bits(cell(at.z)) << 2;
+}
+
 std::vector<std::uint32_t> order_along_curve(std::span<const Vec3d> points) {
   if (points.empty()) return {};
   const auto [low, high] = bounds_of(points);
-  constexpr double cells = 1 << 21;  // along an axis: three numbers of 21 bits make a key
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-  const double scale = extent > 0 ? cells / extent : 0;
-  const Vec3d origin = low;
-  const auto sorted = sorted_by_key<std::uint64_t>(points, [=](Vec3d p) {
-    const Vec3d at = (p - origin) * scale;
-    const auto cell = [&](double x) { return static_cast<std::uint64_t>(std::clamp(x, 0.0, cells - 1)); };
-    return spread_bits(cell(at.x)) | spread_bits(cell(at.y)) << 1 | spread_bits(cell(at.z)) << 2;
-  });
+  const CurveGrid grid(low, high);
+  const auto sorted = sorted_by_key<std::uint64_t>(points, [&](Vec3d p) { return grid.key(p); });
   std::vector<std::uint32_t> order;
   order.reserve(points.size());
   for (const auto& one : sorted) order.push_back(one.index);

@@ -16,6 +16,18 @@ struct PointSelection {
   std::size_t removed = 0;
 };
 
+/// A space-filling curve through the cells of a grid of 2^21 of them along the longest side of a box [Morton1966].
+class CurveGrid {
+ public:
+  CurveGrid(Vec3d low, Vec3d high);
+  /// The number of the point's cell along the curve.
+  std::uint64_t key(Vec3d point) const;
+
+ private:
+  Vec3d origin_;
+  double scale_ = 0;
+};
+
 /// The points' indices along a space-filling curve [Morton1966], those in one place in their own order: what is near in space
 /// is then mostly near in memory.
 std::vector<std::uint32_t> order_along_curve(std::span<const Vec3d> points);

@@ -13,6 +13,7 @@
 #include "particles/cloud_cleaning.h"
 #include "particles/cloud_closedness.h"
 #include "particles/point_tree.h"
+#include "particles/splat_attributes.h"
 
 namespace embrun {
 
@@ -40,12 +41,6 @@ void check_options(const SplatOptions& options, std::string_view file) {
   if (options.thin != 0 && !is_length(options.thin)) fail(file, "thinning", "the edge must be a positive number");
 }
 
-/// The attribute if it holds numbers, so many a point.
-const Attribute* numbers(const ParticleSet& particles, std::string_view name, int components) {
-  const Attribute* attribute = particles.find(name);
-  return attribute && attribute->components == components && attribute->strings.empty() ? attribute : nullptr;
-}
-
 /// The points of a cloud with a tree over them that is made when first asked for.
 class TreedPoints {
  public:
@@ -69,23 +64,6 @@ class TreedPoints {
   ParticleSet& particles_;
   std::unique_ptr<PointTree> tree_;
 };
-
-/// Unit normals of the file; the zero vector for those that have no direction. Empty where it has none at all.
-std::vector<Vec3> normals_of_file(const ParticleSet& particles) {
-  const Attribute* attribute = numbers(particles, "normal", 3);
-  if (!attribute) return {};
-  std::vector<Vec3> normals(particles.size());
-  bool any = false;
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    const Vec3d n{attribute->value(3 * i), attribute->value(3 * i + 1), attribute->value(3 * i + 2)};
-    const double size = length(n);
-    if (!(size > 0) || !std::isfinite(size)) continue;
-    normals[i] = to_float(n * (1 / size));
-    any = true;
-  }
-  if (!any) normals.clear();
-  return normals;
-}
 
 /// Estimates the normals that are zero, on the side of their neighbours' normals; returns how many there were.
 std::size_t fill_normals(const PointTree& tree, std::span<const Vec3d> points, std::span<Vec3> normals) {
@@ -114,7 +92,7 @@ std::size_t fill_normals(const PointTree& tree, std::span<const Vec3d> points, s
 void take_normals(SplatCloud& cloud, const PointTree& tree, const SplatOptions& options, std::string_view file) {
   SplatReport& report = cloud.report;
   const std::span<const Vec3d> points = cloud.particles.positions;
-  if (options.normals != NormalChoice::estimate) cloud.normals = normals_of_file(cloud.particles);
+  if (options.normals != NormalChoice::estimate) cloud.normals = normals_of_points(cloud.particles);
   if (!cloud.normals.empty()) {
     report.normals = NormalSource::file;
     report.replaced_normals = fill_normals(tree, points, cloud.normals);
@@ -163,7 +141,7 @@ void take_radii(SplatCloud& cloud, const PointTree& tree, const SplatOptions& op
   if (options.radius) {
     report.radius = SplatRadiusSource::given;
     cloud.radii.assign(count, static_cast<float>(*options.radius));
-  } else if (const Attribute* attribute = numbers(cloud.particles, "radius", 1)) {
+  } else if (const Attribute* attribute = number_attribute(cloud.particles, "radius", 1)) {
     report.radius = SplatRadiusSource::file;
     cloud.radii.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -185,11 +163,11 @@ void take_radii(SplatCloud& cloud, const PointTree& tree, const SplatOptions& op
 
 /// Linear colours of the attribute, which holds sRGB from 0 to 1, or to 255 where floats of a file do so.
 std::vector<Rgb> take_colours(const ParticleSet& particles) {
-  const Attribute* attribute = numbers(particles, "color", 3);
+  const Attribute* attribute = number_attribute(particles, "color", 3);
   if (!attribute) return {};
   double greatest = 0;
   for (std::size_t i = 0; i < attribute->value_count(); ++i) greatest = std::max(greatest, attribute->value(i));
-  const double scale = greatest > 1 && greatest <= 255 ? 1.0 / 255 : 1;
+  const double scale = color_scale(greatest);
   std::vector<Rgb> colours(particles.size());
   for (std::size_t i = 0; i < colours.size(); ++i) {
     for (int c = 0; c < 3; ++c) {

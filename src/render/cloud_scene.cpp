@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/error.h"
@@ -41,6 +42,8 @@ void check_cloud_surface(const RenderOptions& options) {
   const bool mls = cloud_surface_from_name(options.point_surface) == CloudSurface::mls;
   if (mls && ellipses_from_name(options.cloud.splat_shape))
     throw Error("ellipses are a shape of splats: the surface of points \"mls\" takes them as round");
+  if (mls && options.lod.value_or(0) > 0)
+    throw Error("levels of detail are of splats: the surface of points \"mls\" has none");
   if (!options.mls_support) return;
   if (!mls) throw Error("mls support: that is for the surface of points \"mls\"");
   if (!(*options.mls_support >= 1 && *options.mls_support <= 16))
@@ -55,6 +58,17 @@ void check_fluid_options(const RenderOptions& options, const std::string& file) 
                   file));
 }
 
+namespace {
+
+constexpr Rgb clay{0.68f, 0.52f, 0.4f};  // stands out from the floor
+
+void stand_on_floor(SceneDescription& scene, const RenderOptions& options, const Box3d& bounds,
+                    std::vector<std::string>& notes) {
+  add_surroundings(scene, options, bounds, scene.up == UpAxis::y ? bounds.low.y : bounds.low.z, notes);
+}
+
+}  // namespace
+
 SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& options, const std::string& file,
                                   std::vector<std::string>& notes) {
   SceneDescription scene;
@@ -64,8 +78,8 @@ SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& 
   splats.options = splat_options(options.cloud);
   splats.surface = cloud_surface_from_name(options.point_surface);
   if (options.mls_support) splats.mls_support = *options.mls_support;
-  // Clay, which stands out from the floor.
-  if (cloud.colours.empty()) splats.material.reflectance.first = {0.68f, 0.52f, 0.4f};
+  splats.detail = options.lod.value_or(0);
+  if (cloud.colours.empty()) splats.material.reflectance.first = clay;
   if (!options.color_by.empty()) {
     ColorsByAttribute colors = color_by_attribute(cloud.particles, options.color_by, options.color_map, file);
     notes.push_back(fmt::format("colours from {:.6g} to {:.6g} of {}; its values go from {:.6g} to {:.6g}", colors.low,
@@ -78,9 +92,53 @@ SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& 
     bounds.low = min_of(bounds.low, p);
     bounds.high = max_of(bounds.high, p);
   }
-  const double lowest = scene.up == UpAxis::y ? bounds.low.y : bounds.low.z;
-  add_surroundings(scene, options, bounds, lowest, notes);
+  stand_on_floor(scene, options, bounds, notes);
   return scene;
+}
+
+SceneDescription make_splat_file_scene(const std::shared_ptr<const SplatHierarchy>& splats,
+                                       const RenderOptions& options, const std::string& file,
+                                       std::vector<std::string>& notes) {
+  if (!options.color_by.empty())
+    throw Error(
+        fmt::format("{}: color by {}: a file of splats has kept no attributes but colours", file, options.color_by));
+  if (cloud_surface_from_name(options.point_surface) != CloudSurface::splats)
+    throw Error(fmt::format("{}: point surface: a file of splats holds splats alone", file));
+  SceneDescription scene;
+  scene.up = up_from_name(options.up);
+  scene.splats.push_back(splats_of_file(splats, file));
+  scene.splats[0].detail = options.lod.value_or(usual_detail);
+  if (splats->colors == nullptr) scene.splats[0].material.reflectance.first = clay;
+  // The box is of the splats, the floor for their centres.
+  const float reach = splats->median_radius;
+  const Vec3 room{reach, reach, reach};
+  stand_on_floor(
+      scene, options,
+      {splats->center + to_double(splats->bounds.low + room), splats->center + to_double(splats->bounds.high - room)},
+      notes);
+  return scene;
+}
+
+std::string describe_splat_file(const SplatHierarchy& splats) {
+  return fmt::format("{} splats in {} nodes of levels of detail, median radius {:.6g} m; {}{}", splats.splat_count,
+                     splats.node_count, splats.median_radius, splats.closed ? "closed" : "open",
+                     splats.colors != nullptr ? ", with colours" : "");
+}
+
+std::string describe_splat_file(const SplatHierarchy& splats, const std::string& file, bool json) {
+  const Vec3d low = splats.center + to_double(splats.bounds.low), high = splats.center + to_double(splats.bounds.high);
+  if (!json)
+    return fmt::format("{}: a file of splats\n{}\nbounds: {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", file,
+                       describe_splat_file(splats), low.x, low.y, low.z, high.x, high.y, high.z);
+  const nlohmann::ordered_json object = {{"file", file},
+                                         {"format", "splats"},
+                                         {"splats", splats.splat_count},
+                                         {"nodes", splats.node_count},
+                                         {"median_radius", splats.median_radius},
+                                         {"closed", splats.closed},
+                                         {"colors", splats.colors != nullptr},
+                                         {"bounds", {{low.x, low.y, low.z}, {high.x, high.y, high.z}}}};
+  return object.dump(2) + "\n";
 }
 
 }  // namespace embrun

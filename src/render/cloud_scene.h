@@ -1,9 +1,11 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "embrun/embrun.h"
+#include "geometry/splat_hierarchy.h"
 #include "particles/splat_cloud.h"
 #include "scene/scene_description.h"
 
@@ -21,5 +23,14 @@ void check_fluid_options(const RenderOptions& options, const std::string& file);
 /// floor, and surroundings and camera as make_scene() has them. `notes` receives what was put right.
 SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& options, const std::string& file,
                                   std::vector<std::string>& notes);
+
+/// The same of a file of splats.
+SceneDescription make_splat_file_scene(const std::shared_ptr<const SplatHierarchy>& splats,
+                                       const RenderOptions& options, const std::string& file,
+                                       std::vector<std::string>& notes);
+
+/// A sentence about a file of splats; all about it, as text or as a JSON object.
+std::string describe_splat_file(const SplatHierarchy& splats);
+std::string describe_splat_file(const SplatHierarchy& splats, const std::string& file, bool json);
 
 }  // namespace embrun

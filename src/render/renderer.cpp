@@ -16,6 +16,7 @@
 #include "io/particle_info.h"
 #include "io/read_particles.h"
 #include "io/read_scene.h"
+#include "io/splat_file.h"
 #include "render/cloud_options.h"
 #include "render/cloud_scene.h"
 #include "render/default_scene.h"
@@ -90,6 +91,7 @@ SceneFile read_scene(const SceneInput& input) {
   scene.integrator.clamp = input.clamp.value_or(scene.integrator.clamp);
   scene.integrator.seed = input.seed.value_or(scene.integrator.seed);
   if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
+  for (SplatsDescription& splats : scene.splats) splats.detail = input.lod.value_or(splats.detail);
   for (FluidDescription& fluid : scene.fluids) {
     if (input.representation && representation_from_name(*input.representation) == Representation::mesh)
       fluid.method = SurfaceMethod::mesh;
@@ -130,6 +132,8 @@ void check_options(const RenderOptions& o) {
   parse_view(o.view);
   tone_curve_from_name(o.tone);
   splat_options(o.cloud);
+  if (o.lod && !(*o.lod >= 0 && std::isfinite(*o.lod)))
+    throw Error(fmt::format("level of detail {}: it is a number of pixels, 0 (off) or greater", *o.lod));
   surface_from_name(o.cloud.points);
   check_cloud_surface(o);
   straight_shadows_from_name(o.boundary_nee, integrator_from_name(o.integrator));
@@ -181,6 +185,7 @@ struct Renderer::State {
   void build(ParticleSet particles, const std::string& name, const RenderHooks& hooks);
   void build_scan(ParticleSet particles, const CloudVerdict& verdict, const std::string& name,
                   const RenderHooks& hooks);
+  void build_splats(const std::string& path, const RenderHooks& hooks);
   void start(const SceneDescription& description, const RenderHooks& hooks);
   void record_surface();
   void record_view(const SceneDescription& description);
@@ -192,6 +197,10 @@ struct Renderer::State {
 
 void Renderer::State::read_file(const std::string& path, const RenderHooks& hooks) {
   check_options(options);
+  if (is_splat_file(path)) {
+    build_splats(path, hooks);
+    return;
+  }
   const Stopwatch watch;
   tell(hooks, "reading", 0, 0);
   ParticleSet particles = read_particles(path);
@@ -322,6 +331,25 @@ void Renderer::State::build_scan(ParticleSet particles, const CloudVerdict& verd
   std::istringstream lines(to_text(describe_splats(cloud, verdict, splats)));
   for (std::string line; std::getline(lines, line);) report.scan.push_back(line);
   const SceneDescription description = make_cloud_scene(cloud, options, name, report.notes);
+  start(description, hooks);
+  record_view(description);
+  report.build_seconds = watch.seconds();
+  tell(hooks, "building", 1, report.build_seconds);
+}
+
+/// A file of splats, which is mapped.
+void Renderer::State::build_splats(const std::string& path, const RenderHooks& hooks) {
+  const Stopwatch watch;
+  tell(hooks, "building", 0, 0);
+  check_scan_options(options, path);
+  const std::shared_ptr<const SplatHierarchy> splats = open_splat_file(path);
+  report.input = path;
+  report.format = "splats";
+  report.particles = splats->splat_count;
+  report.radius = static_cast<double>(splats->median_radius);
+  report.radius_source = "file";
+  report.scan.push_back(describe_splat_file(*splats));
+  const SceneDescription description = make_splat_file_scene(splats, options, path, report.notes);
   start(description, hooks);
   record_view(description);
   report.build_seconds = watch.seconds();
@@ -511,6 +539,10 @@ std::string describe_scene(const SceneInput& scene, std::vector<std::string>& wa
 std::string describe_scene(const std::string& particle_file, const RenderOptions& options,
                            std::vector<std::string>& warnings) {
   check_options(options);
+  if (is_splat_file(particle_file)) {
+    check_scan_options(options, particle_file);
+    return write_scene(make_splat_file_scene(open_splat_file(particle_file), options, particle_file, warnings));
+  }
   ParticleSet particles = read_particles(particle_file);
   if (cloud_verdict(particles, options.cloud).is_surface) {
     check_scan_options(options, particle_file);
@@ -534,6 +566,7 @@ Picture render(const Particles& particles, const RenderOptions& options, const R
 std::string describe_file(const std::string& particle_file, bool json, std::optional<double> radius,
                           const CloudOptions& cloud) {
   const SplatOptions splats = splat_options(cloud);
+  if (is_splat_file(particle_file)) return describe_splat_file(*open_splat_file(particle_file), particle_file, json);
   const ParticleSet particles = read_particles(particle_file);
   const CloudVerdict verdict = cloud_verdict(particles, cloud);
   const ParticleInfo info = verdict.is_surface ? describe_cloud(particles, particle_file, verdict, splats)

@@ -37,6 +37,18 @@ struct Bounds {
 
 bool is_identity(const Placement& p) { return p == Placement{}; }
 
+/// Of the box round a file's splats.
+std::vector<Vec3d> corners_of(const SplatHierarchy& splats) {
+  std::vector<Vec3d> corners;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 at{(corner & 1) != 0 ? splats.bounds.high.x : splats.bounds.low.x,
+                  (corner & 2) != 0 ? splats.bounds.high.y : splats.bounds.low.y,
+                  (corner & 4) != 0 ? splats.bounds.high.z : splats.bounds.low.z};
+    corners.push_back(splats.center + to_double(at));
+  }
+  return corners;
+}
+
 /// Where all a mesh stands.
 std::span<const Placement> placements_of(const MeshDescription& mesh) {
   if (mesh.copies.empty()) return {&mesh.placement, 1};
@@ -69,10 +81,13 @@ Bounds bounds_of(const SceneDescription& scene) {
     for (const double a : {-1.0, 1.0})
       for (const double b : {-1.0, 1.0}) bounds.include(patch.center + a * u + b * v);
   }
-  for (const SplatsDescription& splats : scene.splats)
+  for (const SplatsDescription& splats : scene.splats) {
     for (std::size_t i = 0; i < splats.centers.size(); ++i)
       bounds.include(place(splats.placement, splats.centers[i]),
                      static_cast<double>(splats.radii[i]) * largest_scale(splats.placement));
+    if (splats.hierarchy != nullptr)
+      for (const Vec3d& corner : corners_of(*splats.hierarchy)) bounds.include(place(splats.placement, corner));
+  }
   for (const MeshDescription& mesh : scene.meshes)
     for (const Placement& placement : placements_of(mesh))
       for (const Vec3& p : mesh.mesh.positions) bounds.include(place(placement, to_double(p)));
@@ -96,6 +111,9 @@ Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
   for (const FluidDescription& fluid : scene.fluids) sample(fluid.positions, fluid.placement);
   for (const VolumeDescription& volume : scene.volumes) sample(volume.positions, {});
   for (const SplatsDescription& splats : scene.splats) sample(splats.centers, splats.placement);
+  // The coordinates of a file of splats are what they are: another origin would put a translation before every ray.
+  for (const SplatsDescription& splats : scene.splats)
+    if (splats.hierarchy != nullptr && x.empty() && is_identity(splats.placement)) return splats.hierarchy->center;
   if (x.empty()) return 0.5 * (bounds.low + bounds.high);
   return {median_of(x), median_of(y), median_of(z)};
 }
@@ -414,11 +432,18 @@ class Compiler {
   }
 
   void add(const SplatsDescription& description) {
-    Bounds own;
-    for (const Vec3d& p : description.centers) own.include(p);
-    const Vec3d center = own_center(description.placement, own);
-    flat_.splat_arrays.push_back(compile_splat_arrays(description, center));
-    flat_.splats.push_back(splat_geometry(flat_.splat_arrays.back(), description.closed, description.surface));
+    Vec3d center;
+    if (description.hierarchy != nullptr) {
+      center = description.hierarchy->center;
+      flat_.splats.push_back(splat_geometry(*description.hierarchy, static_cast<float>(description.detail)));
+      flat_.splat_files.push_back(description.hierarchy);
+    } else {
+      Bounds own;
+      for (const Vec3d& p : description.centers) own.include(p);
+      center = own_center(description.placement, own);
+      flat_.splat_arrays.push_back(compile_splat_arrays(description, center));
+      flat_.splats.push_back(splat_geometry(flat_.splat_arrays.back(), description.closed, description.surface));
+    }
     Instance& instance = add_instance(GeometryKind::splats, flat_.splats.size() - 1, description.material);
     constexpr std::size_t most = 32000;  // by 16 bits
     if (flat_.splats.size() > most) throw Error(fmt::format("more than {} clouds of splats", most));

@@ -1,9 +1,11 @@
 #include "scene/compile_splats.h"
 
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.h"
 #include "geometry/splat_bends.h"
+#include "geometry/splat_levels.h"
 #include "math/median.h"
 
 namespace embrun {
@@ -18,6 +20,19 @@ Splat compile_splat(const SplatsDescription& description, std::size_t i, Vec3d c
   if (b > 0.9999f * a) return splat;
   splat.squeeze = lesser * (std::sqrt(1 / (b * b) - 1 / (a * a)) / b);
   return splat;
+}
+
+/// Puts stand-ins after the splats.
+void add_levels(SplatArrays& arrays) {
+  const SplatLevels levels = make_splat_levels(arrays.tree, arrays.colors);
+  std::vector<SplatBlock>& blocks = arrays.tree.blocks;
+  arrays.first_stand_in = static_cast<std::uint32_t>(blocks.size());
+  blocks.insert(blocks.end(), levels.blocks.begin(), levels.blocks.end());
+  arrays.colors.insert(arrays.colors.end(), levels.colors.begin(), levels.colors.end());
+  const std::size_t lanes = blocks.size() * splats_per_block;
+  arrays.tree.order.resize(lanes, no_splat);
+  // What a stand-in bends by is in none of its splats.
+  if (!arrays.bends.empty()) arrays.bends.resize(lanes);
 }
 
 }  // namespace
@@ -40,12 +55,16 @@ SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d cen
   };
   if (!description.colors.empty()) in_order(description.colors, arrays.colors);
   if (description.bent_normals) in_order(bend_normals(splats), arrays.bends);
+  arrays.detail = static_cast<float>(description.detail);
+  if (description.detail > 0) add_levels(arrays);
   return arrays;
 }
 
 SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurface surface) {
   SplatGeometry geometry;
   geometry.tree = arrays.tree.view();
+  geometry.tree.first_stand_in = arrays.first_stand_in;
+  geometry.tree.detail = arrays.detail;
   geometry.set.blocks = arrays.tree.blocks.data();
   geometry.set.block_count = static_cast<std::uint32_t>(arrays.tree.blocks.size());
   geometry.set.colors = arrays.colors.empty() ? nullptr : arrays.colors.data();
@@ -56,7 +75,19 @@ SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurfac
   return geometry;
 }
 
+SplatGeometry splat_geometry(const SplatHierarchy& hierarchy, float detail) {
+  SplatGeometry geometry;
+  geometry.tree = hierarchy.tree(detail);
+  geometry.set.blocks = hierarchy.blocks;
+  geometry.set.block_count = hierarchy.splat_blocks + hierarchy.node_count;
+  geometry.set.colors = hierarchy.colors;
+  geometry.set.closed = hierarchy.closed;
+  geometry.set.bounds = hierarchy.bounds;
+  return geometry;
+}
+
 float median_radius(const SplatsDescription& description) {
+  if (description.hierarchy != nullptr) return description.hierarchy->median_radius;
   std::vector<float> radii = description.radii;
   return median_of(radii);
 }

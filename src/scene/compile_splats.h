@@ -10,6 +10,9 @@ SplatArrays compile_splat_arrays(const SplatsDescription& description, Vec3d cen
 /// A view of the arrays.
 SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurface surface);
 
+/// What a file's arrays are as a geometry; `detail` as of SplatTreeView.
+SplatGeometry splat_geometry(const SplatHierarchy& hierarchy, float detail);
+
 /// The radius of a usual splat.
 float median_radius(const SplatsDescription& description);
 

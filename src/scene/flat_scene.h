@@ -11,6 +11,7 @@
 #include "geometry/cylinder.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
+#include "geometry/splat_hierarchy.h"
 #include "geometry/splat_tree.h"
 #include "geometry/thesis_tracer.h"
 #include "lights/light_set_builder.h"
@@ -66,11 +67,13 @@ struct SplatGeometry {
   bool mls = false;  ///< the surface is that of mls_surface.h, and set and tree are as that wants them
 };
 
-/// What owns a SplatGeometry's arrays.
+/// What owns a SplatGeometry's arrays. Where there are levels of detail, stand-ins follow the tree's splats in all of them.
 struct SplatArrays {
   SplatTree tree;
   std::vector<Rgb> colors;
   std::vector<SplatBend> bends;
+  std::uint32_t first_stand_in = 0;  ///< block, where there are levels
+  float detail = 0;                  ///< see SplatTreeView; 0: there are none
 };
 
 /// Stretches of the mesh arrays; triangles index into the whole position array.
@@ -115,7 +118,8 @@ struct FlatScene {
   std::vector<FluidGeometry> fluids;
   std::vector<BallRange> ball_ranges;
   std::vector<BallBlock> ball_blocks;
-  std::vector<SplatArrays> splat_arrays;  ///< owners of what `splats` view
+  std::vector<SplatArrays> splat_arrays;                           ///< owners of what `splats` view
+  std::vector<std::shared_ptr<const SplatHierarchy>> splat_files;  ///< likewise
   std::vector<SplatGeometry> splats;
   std::vector<Box3> boxes;
   std::vector<Patch> patches;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,8 @@
 
 namespace embrun {
 
+struct SplatHierarchy;
+
 /// What surface a point cloud has.
 enum class CloudSurface {
   splats,  ///< the discs or ellipses themselves
@@ -31,6 +34,8 @@ enum class CloudSurface {
 
 /// The discs or ellipses that stand for the surface of a point cloud. Arrays have one entry a splat.
 struct SplatsDescription {
+  /// The splats are these (geometry/splat_hierarchy.h), and all arrays below empty; what they say of themselves (closed) is said below as well.
+  std::shared_ptr<const SplatHierarchy> hierarchy;
   std::vector<Vec3d> centers;
   std::vector<Vec3> normals;  ///< unit; out of the body where the cloud is closed
   std::vector<float> radii;   ///< of an ellipse the greater half axis
@@ -43,6 +48,9 @@ struct SplatsDescription {
   /// Of a moving least squares surface: how far a point is felt, in radii of its splat, in [1, 16].
   double mls_support = 3;
   bool bent_normals = false;  ///< a splat's normal turns over it as those of its neighbours do
+  /// Level of detail: where a ray's footprint (a pixel's, at first) times this is larger than a part of the cloud, one splat
+  /// stands for the part. 0: off, every splat is met.
+  double detail = 0;
   MaterialDescription material;
   Placement placement;
   std::string file;      ///< where the points are from, or empty

@@ -1,5 +1,9 @@
 #include "scene/splats_of_cloud.h"
 
+#include <utility>
+
+#include "geometry/splat_hierarchy.h"
+
 namespace embrun {
 
 MaterialDescription default_splat_material(bool has_colors) {
@@ -17,6 +21,16 @@ SplatsDescription splats_of_cloud(const SplatCloud& cloud) {
   splats.colors = cloud.colours;
   splats.closed = cloud.closed;
   splats.material = default_splat_material(!cloud.colours.empty());
+  return splats;
+}
+
+SplatsDescription splats_of_file(std::shared_ptr<const SplatHierarchy> hierarchy, const std::string& file) {
+  SplatsDescription splats;
+  splats.closed = hierarchy->closed;
+  splats.material = default_splat_material(hierarchy->colors != nullptr);
+  splats.hierarchy = std::move(hierarchy);
+  splats.detail = usual_detail;
+  splats.file = file;
   return splats;
 }
 

@@ -12,4 +12,10 @@ MaterialDescription default_splat_material(bool has_colors);
 /// The splats of a cloud as a shape of a scene, of that default material.
 SplatsDescription splats_of_cloud(const SplatCloud& cloud);
 
+/// The same of splats that lie in a file.
+SplatsDescription splats_of_file(std::shared_ptr<const SplatHierarchy> hierarchy, const std::string& file);
+
+/// Footprints that a part of a cloud may be large where there is nothing else to go by: pixels, for the camera's rays.
+inline constexpr double usual_detail = 1;
+
 }  // namespace embrun

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "geometry/splat_hierarchy.h"
 #include "scene/each_material.h"
 #include "scene/scene_description.h"
 
@@ -355,7 +356,11 @@ void check_mesh(const MeshDescription& mesh, std::size_t pictures, const std::st
 
 void check_splats(const SplatsDescription& splats, std::size_t pictures, const std::string& what) {
   const std::size_t count = splats.centers.size();
-  require(count > 0, "{}: there are none", what);
+  require(count > 0 || splats.hierarchy != nullptr, "{}: there are none", what);
+  require(count == 0 || splats.hierarchy == nullptr, "{}: they are a file's, but {} others are there as well", what,
+          count);
+  require(splats.hierarchy == nullptr || splats.hierarchy->closed == splats.closed,
+          "{}: the file says otherwise of whether they are closed", what);
   const auto one_each = [&](std::size_t size, const char* name) {
     require(size == count, "{}: {} {} for {} splats", what, size, name, count);
   };
@@ -380,8 +385,11 @@ void check_splats(const SplatsDescription& splats, std::size_t pictures, const s
     require(splats.mls_support >= 1 && splats.mls_support <= 16, "{}: the support {} of its surface is not in [1, 16]",
             what, splats.mls_support);
     require(splats.lesser_axes.empty(), "{}: a moving least squares surface takes no ellipses", what);
+    require(splats.hierarchy == nullptr && splats.detail == 0, "{}: levels of detail are of splats", what);
     require(!splats.bent_normals, "{}: bent normals are for splats; a moving least squares surface is smooth", what);
   }
+  require(splats.detail >= 0 && finite(splats.detail), "{}: a detail of {} footprints: it must be 0 or greater", what,
+          splats.detail);
   require(splats.closed || !has_inside(splats.material),
           "{}: they are open, and have no inside to refract into (is it a closed cloud?)", what);
   check_material(splats.material, pictures, what);
@@ -399,11 +407,15 @@ void check_grid_references(const SceneDescription& scene) {
   });
 }
 
+bool has_colors(const SplatsDescription& splats) {
+  return splats.hierarchy != nullptr ? splats.hierarchy->colors != nullptr : !splats.colors.empty();
+}
+
 /// A surface's own colour is asked of splats that have colours.
 void check_own_colors(const SceneDescription& scene) {
   each_material(scene, [&](const MaterialDescription& material, const char* what, std::size_t i) {
     const bool splats = std::string_view(what) == "splats";
-    if (splats && !scene.splats[i].colors.empty()) return;
+    if (splats && has_colors(scene.splats[i])) return;
     require(material.reflectance.kind != TextureKind::own && material.roughness.kind != TextureKind::own,
             "{}: its texture is its own colour, and it has none", numbered(what, i));
   });

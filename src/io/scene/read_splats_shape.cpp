@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <utility>
 
 #include "base/error.h"
 #include "io/read_particles.h"
 #include "io/scene/reading.h"
+#include "io/splat_file.h"
 #include "io/text.h"
 #include "scene/splats_of_cloud.h"
 
@@ -57,12 +59,7 @@ void flip(SplatsDescription& splats) {
   for (Vec3& n : splats.normals) n = -n;
 }
 
-}  // namespace
-
-void read_splats_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
-  const std::optional<std::string> name = shape.text("filename");
-  if (!name) shape.fail("'filename' is missing");
-  const std::string path = reading.path_of(shape, *name);
+SplatsDescription read_cloud(SceneReading& reading, SceneObject& shape, const std::string& path) {
   const SplatOptions options = read_options(shape);
   const std::vector<std::byte> bytes = reading.read_bytes(path);
   // What is wrong with the file says so itself; what it cannot be made into is this shape's matter.
@@ -79,6 +76,30 @@ void read_splats_shape(SceneReading& reading, SceneObject& shape, const Placemen
   read_surface(shape, options, splats);
   splats.flipped = shape.flag("flip_normals").value_or(false);
   if (splats.flipped) flip(splats);
+  return splats;
+}
+
+/// What was decided when the file was made is not asked again.
+SplatsDescription read_file_of_splats(SceneObject& shape, const std::string& path) {
+  for (const char* name :
+       {"normals", "radius", "closed", "ellipses", "bent_normals", "flip_normals", "thin", "surface"})
+    if (shape.has(name))
+      shape.fail(fmt::format("'{}': a file of splats has been made already, and says that itself", name));
+  return splats_of_file(open_splat_file(path), path);
+}
+
+}  // namespace
+
+void read_splats_shape(SceneReading& reading, SceneObject& shape, const Placement& outer) {
+  const std::optional<std::string> name = shape.text("filename");
+  if (!name) shape.fail("'filename' is missing");
+  const std::string path = reading.path_of(shape, *name);
+  SplatsDescription splats = is_splat_file(path) ? read_file_of_splats(shape, path) : read_cloud(reading, shape, path);
+  splats.detail = shape.number("detail", splats.detail);
+  if (!(splats.detail >= 0) || std::isinf(splats.detail))
+    shape.fail("'detail' is a number of footprints, 0 (every splat is met) or greater");
+  if (splats.detail > 0 && splats.surface == CloudSurface::mls)
+    shape.fail("'detail' is for splats, not for the surface mls");
   splats.placement = compose(outer, shape.placement("to_world"));
   splats.material = take_material(reading, shape, splats.material);
   // Splats that reach over an edge show their backs, which are to look as the surface does.
