@@ -388,8 +388,8 @@ std::string to_json(const SplatFileReport& report);
 void check_splat_file_options(const SplatFileOptions& options);
 void check_splat_output(const std::string& splat_file);
 
-/// Reads a cloud and writes its splats with their levels of detail, which a render maps instead of reading. The cloud may be far
-/// larger than memory. The same bytes for any memory and any number of threads.
+/// Reads a cloud and writes its splats with their levels of detail, which a render maps instead of reading. The cloud may
+/// be far larger than memory. The same bytes for any memory and any number of threads.
 SplatFileReport splat_file(const std::string& point_file, const std::string& splat_file,
                            const SplatFileOptions& options = {}, const RenderHooks& hooks = {});
 

@@ -72,24 +72,20 @@ class PlyStream : public PointStream {
   std::uint64_t count() const override { return layout_.count; }
 
   ParticleSet next() override {
-    const std::uint64_t count = std::min(points_at_a_time, layout_.count - done_);
-    if (count == 0) return {};
-    const std::string header = layout_.before + std::to_string(count) + layout_.after;
-    std::vector<char> piece(header.begin(), header.end());
-    piece.resize(header.size() + static_cast<std::size_t>(count * layout_.record));
-    file_.seekg(static_cast<std::streamoff>(layout_.offset + done_ * layout_.record));
-    file_.read(piece.data() + header.size(), static_cast<std::streamsize>(count * layout_.record));
-    if (!file_)
-      throw Error(fmt::format("{}: offset {}: element 'vertex': cannot be read, or the file became shorter", name_,
-                              layout_.offset + done_ * layout_.record));
-    done_ += count;
-    try {
-      return read_ply_particles(std::as_bytes(std::span(piece)), name_);
-    } catch (const NoParticles&) {
-      ParticleSet rest = next();
-      rest.dropped_non_finite += static_cast<std::size_t>(count);
-      return rest;
+    std::size_t dropped = 0;
+    while (done_ < layout_.count) {
+      const std::vector<char> piece = next_piece();
+      try {
+        ParticleSet points = read_ply_particles(std::as_bytes(std::span(piece)), name_);
+        points.dropped_non_finite += dropped;
+        return points;
+      } catch (const NoParticles&) {
+        dropped += last_count_;
+      }
     }
+    ParticleSet none;
+    none.dropped_non_finite = dropped;
+    return none;
   }
 
   void rewind() override {
@@ -102,6 +98,24 @@ class PlyStream : public PointStream {
   PlyLayout layout_;
   std::string name_;
   std::uint64_t done_ = 0;
+  std::size_t last_count_ = 0;
+
+  /// The next stretch, with a header.
+  std::vector<char> next_piece() {
+    last_count_ = static_cast<std::size_t>(std::min(points_at_a_time, layout_.count - done_));
+    const std::string header = layout_.before + std::to_string(last_count_) + layout_.after;
+    const std::size_t bytes = last_count_ * static_cast<std::size_t>(layout_.record);
+    const std::uint64_t offset = layout_.offset + done_ * layout_.record;
+    std::vector<char> piece(header.begin(), header.end());
+    piece.resize(header.size() + bytes);
+    file_.seekg(static_cast<std::streamoff>(offset));
+    file_.read(piece.data() + header.size(), static_cast<std::streamsize>(bytes));
+    if (!file_)
+      throw Error(
+          fmt::format("{}: offset {}: element 'vertex': cannot be read, or the file became shorter", name_, offset));
+    done_ += last_count_;
+    return piece;
+  }
 };
 
 class HeldStream : public PointStream {

@@ -32,8 +32,7 @@ EMBRUN_FN Transform inverse_of(const Transform& m) {
 }
 
 /// The ray in the space that `m` leads to, its direction of unit length again and its footprint scaled as lengths along it
-/// are. `scale` receives the length of a
-/// unit of the old ray parameter in the new space.
+/// are. `scale` receives the length of a unit of the old ray parameter in the new space.
 EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   Ray out = ray;
   out.origin = m.point(ray.origin);

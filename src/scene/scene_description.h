@@ -34,7 +34,7 @@ enum class CloudSurface {
 
 /// The discs or ellipses that stand for the surface of a point cloud. Arrays have one entry a splat.
 struct SplatsDescription {
-  /// The splats are these (geometry/splat_hierarchy.h), and all arrays below empty; what they say of themselves (closed) is said below as well.
+  /// The splats are these (geometry/splat_hierarchy.h), and all arrays below empty; `closed` is what they say themselves.
   std::shared_ptr<const SplatHierarchy> hierarchy;
   std::vector<Vec3d> centers;
   std::vector<Vec3> normals;  ///< unit; out of the body where the cloud is closed
