@@ -13,6 +13,13 @@ namespace embrun {
 /// that the ray meets from different sides are never in one group, however near they are.
 inline constexpr float splat_group_reach = 1.0f;
 
+/// True where two splats that the ray meets one after the other form a hollow: the angle between them, on the side the ray
+/// comes from, is less than 180 degrees. It is the sum of acos(+c . N_a / |c|) and acos(-c . N_b / |c|) with c from a
+/// to b, and acos is monotonous. `sign`: -1 where the ray comes from behind.
+EMBRUN_FN bool form_hollow(const Splat& a, const Splat& b, float sign) {
+  return sign * dot(b.center - a.center, a.normal - b.normal) > 0.0f;
+}
+
 /// How a cloud is looked at from where a ray is.
 struct SplatView {
   bool closed = false;  ///< the cloud bounds a body: what the ray is to meet depends on its side
@@ -176,6 +183,74 @@ class SplatFollower {
   SplatMeeting meeting_{infinity, 0, 0};
   std::uint32_t index_ = ~0u;
   bool front_ = false;
+};
+
+/// Finds whether a place on a splat lies beyond an edge of the surface: whether on the way from there to the splat's centre,
+/// which is on the surface, another splat that forms no hollow with this one is passed from its front, and lies further
+/// behind than those of one smooth sheet do (see splat_sheet_depth).
+class SplatEdge {
+ public:
+  /// The place is the ray's at t, in the splat's plane.
+  EMBRUN_FN SplatEdge(const Splat& splat, const Ray& ray, float t) : splat_(splat), ray_(ray) {
+    ray_.origin = ray.at(t);
+    const Vec3 to_center = splat.center - ray_.origin;
+    length_ = length(to_center);
+    ray_.direction = length_ > 0.0f ? to_center / length_ : splat.normal;
+    ray_.cone_width += ray.cone_spread * t;
+    ray_.cone_spread = 0.0f;
+  }
+
+  EMBRUN_FN const Ray& ray() const { return ray_; }
+  EMBRUN_FN float near() const { return 0.0f; }
+  EMBRUN_FN float limit() const { return found_ ? 0.0f : length_; }
+
+  EMBRUN_FN void consider(const Splat& splat, std::uint32_t) {
+    SplatMeeting meeting;
+    if (!meet_splat(splat, ray_, meeting) || !(meeting.along < 0.0f && meeting.t < length_)) return;
+    const bool edge = -meeting.along * meeting.t > splat_sheet_depth * splat.radius;
+    found_ = found_ || (edge && !form_hollow(splat_, splat, 1.0f));
+  }
+
+  EMBRUN_FN bool found() const { return found_; }
+
+ private:
+  const Splat& splat_;
+  Ray ray_;
+  float length_ = 0;
+  bool found_ = false;
+};
+
+/// Finds whether a front lies beside a ray that meets a splat from behind: within a radius of the last three before they
+/// meet, and the next. Rays on four sides look for it, one after the other.
+class SplatBeside {
+ public:
+  static constexpr int sides = 4;
+
+  /// They meet at t.
+  EMBRUN_FN SplatBeside(float radius, const Ray& ray, float t, int side) : reach_(4.0f * radius), ray_(ray) {
+    const Frame frame(ray.direction);
+    const Vec3 aside = (side & 1) != 0 ? frame.s : frame.t;
+    ray_.origin = ray.at(t - 3.0f * radius) + ((side & 2) != 0 ? radius : -radius) * aside;
+    ray_.cone_width += ray.cone_spread * t;
+    ray_.cone_spread = 0.0f;
+  }
+
+  EMBRUN_FN const Ray& ray() const { return ray_; }
+  EMBRUN_FN float near() const { return 0.0f; }
+  EMBRUN_FN float limit() const { return found_ ? 0.0f : reach_; }
+
+  EMBRUN_FN void consider(const Splat& splat, std::uint32_t) {
+    SplatMeeting meeting;
+    if (!meet_splat(splat, ray_, meeting)) return;
+    found_ = found_ || (meeting.along < 0.0f && meeting.t > 0.0f && meeting.t < reach_);
+  }
+
+  EMBRUN_FN bool found() const { return found_; }
+
+ private:
+  float reach_;
+  Ray ray_;
+  bool found_ = false;
 };
 
 }  // namespace embrun

@@ -24,13 +24,6 @@ struct SplatSet {
   }
 };
 
-/// True where two splats that the ray meets one after the other form a hollow: the angle between them, on the side the ray
-/// comes from, is less than 180 degrees. It is the sum of acos(+c . N_a / |c|) and acos(-c . N_b / |c|) with c from a
-/// to b, and acos is monotonous. `sign`: -1 where the ray comes from behind.
-EMBRUN_FN bool form_hollow(const Splat& a, const Splat& b, float sign) {
-  return sign * dot(b.center - a.center, a.normal - b.normal) > 0.0f;
-}
-
 /// Splats that reach over a silhouette are tangents of the surface less than a diameter away from it: where its radius of
 /// curvature is 4 radii (see splat_sheet_depth) a ray that passes by meets them at less than half a radian, and mostly at
 /// less than two thirds of that. The sine.
@@ -40,8 +33,9 @@ inline constexpr float splat_edge_slant = 0.35f;
 enum class SplatRules : std::uint8_t { resolve, first_hit };
 
 /// The near phase: which of the group's splats is the surface, and the normal and colour that the group has there.
+/// `over_edge`: see comes_over_an_edge().
 EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const SplatHits& hits, SplatRules rules,
-                                    SurfaceHit& hit) {
+                                    bool over_edge, SurfaceHit& hit) {
   const SplatHits::Hit& first = hits.member(0);
   const bool entering = first.meeting.along < 0.0f;
   const float sign = entering ? 1.0f : -1.0f;
@@ -71,10 +65,11 @@ EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const S
   hit.splat_radius = surface.radius;
   hit.shading_normal = length_squared(normals) > 0.0f ? normalize(normals) : surface.normal;
   // An open cloud's splats of the far side that reach over its silhouette are met at a slant from behind. They are taken for
-  // the surface's edge, which is lit from outside, and not for its inside, which is dark.
+  // the surface's edge, which is lit from outside, and not for its inside, which is dark; and so are those that a ray came
+  // to over a sharp edge.
   const float slant = dot(ray.direction, hit.shading_normal);
-  if (!set.closed && rules == SplatRules::resolve && slant > 0.0f && slant < splat_edge_slant) {
-    hit.shading_normal = normalize(hit.shading_normal - (slant + 0.02f) * ray.direction);
+  if (over_edge || (!set.closed && rules == SplatRules::resolve && slant > 0.0f && slant < splat_edge_slant)) {
+    if (slant > 0.0f) hit.shading_normal = normalize(hit.shading_normal - (slant + 0.02f) * ray.direction);
     hit.entering = true;
   }
   // Sides are those of the splat, and where the smooth normal agrees on them it is the better one.
@@ -119,6 +114,33 @@ EMBRUN_LOCAL_FN bool comes_through(const SplatSet& set, const Ray& ray, const Sp
   return length_squared(across) <= square(curvature_radius);
 }
 
+/// True where a ray meets a group from behind beyond an edge of the surface. Where a body is thin, or ends in an edge,
+/// splats of its far side reach over its silhouette, and nothing else along the ray says that they do.
+template <class Search>
+EMBRUN_LOCAL_FN bool beyond_an_edge(const SplatSet& set, const Search& search, const Ray& ray, const SplatHits& hits) {
+  for (int i = 0; i < hits.group_size(); ++i) {
+    const SplatHits::Hit& member = hits.member(i);
+    const Splat splat = set.splat(member.index);
+    SplatEdge edge(splat, ray, member.meeting.t);
+    search(edge);
+    if (!edge.found()) return false;
+  }
+  return true;
+}
+
+/// True where a ray meets a group from behind but came over a sharp edge, where splats of the near side leave gaps.
+template <class Search>
+EMBRUN_LOCAL_FN bool comes_over_an_edge(const SplatSet& set, const Search& search, const Ray& ray,
+                                        const SplatHits& hits) {
+  const SplatHits::Hit& first = hits.member(0);
+  for (int side = 0; side < SplatBeside::sides; ++side) {
+    SplatBeside beside(set.splat(first.index).radius, ray, first.meeting.t, side);
+    search(beside);
+    if (beside.found()) return true;
+  }
+  return false;
+}
+
 /// First crossing of the cloud's surface with t in (t_min, t_max); false leaves `hit` alone. `inside`: the ray starts in
 /// the body, if it is one. `search(query)` shows query.consider() every splat that query.ray() meets with t in
 /// [query.near(), query.limit()], and may show others.
@@ -147,7 +169,7 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
   for (;;) {
     search(hits);
     if (!hits.has_group()) return false;
-    bool surface = !view.closed;
+    bool surface = true, over_edge = false;
     if (view.closed) {
       const float sign = inside ? -1.0f : 1.0f;
       if (const SplatHits::Hit* next = hits.follower(); next != nullptr) {
@@ -159,10 +181,13 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
                       ? !next_far.front() && comes_through(set, near, hits, next_far.meeting(), next_far.index(), sign)
                       : inside || -sign * hits.member(0).meeting.along > splat_edge_slant;
       }
+    } else if (rules == SplatRules::resolve && hits.member(0).meeting.along > 0.0f) {
+      surface = !beyond_an_edge(set, search, near, hits);
+      over_edge = surface && comes_over_an_edge(set, search, near, hits);
     }
     if (surface) {
       SurfaceHit met;
-      fill_splat_hit(set, near, hits, rules, met);
+      fill_splat_hit(set, near, hits, rules, over_edge, met);
       met.t += skipped;
       // The first of the group is in the ray's extent; the one that is the surface may lie behind its end.
       if (!(met.t < ray.t_max)) return false;

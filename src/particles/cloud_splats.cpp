@@ -215,8 +215,10 @@ SplatSizes estimate_splats(const PointTree& tree, std::span<const Vec3d> points,
       const std::uint32_t i = tree.order()[place];
       closed[i] = measure.make_cell(i);
       const double radius = measure.radius();
-      sizes.radii[i] = static_cast<float>(radius);
-      if (ellipses) sizes.axes[i] = measure.axes(radius, closed[i] != 0);
+      sizes.radii[i] = splat_overlap * static_cast<float>(radius);
+      if (!ellipses) continue;
+      const SplatAxes axes = measure.axes(radius, closed[i] != 0);
+      sizes.axes[i] = {splat_overlap * axes.major, splat_overlap * axes.minor};
     }
   });
   limit_open_cells(tree, points, closed, sizes);

@@ -33,6 +33,7 @@ struct Answer {
   V normal{};
   std::vector<std::size_t> group;
   bool entering = false;
+  bool by_fronts = false;  ///< it was met from behind with fronts so near by that it may be an edge seen from outside
   /// How near the nearest decision was to going the other way, in units of what decides; small answers are chance.
   double margin = std::numeric_limits<double>::infinity();
 };
@@ -85,6 +86,38 @@ inline bool passes_by(const std::vector<Disc>& discs, const std::vector<Hit>& hi
   return distance > rho;
 }
 
+/// True when the hit's place lies beyond an edge of the surface: on the way from there to the disc's centre another disc is
+/// passed from its front that is more than an eighth of its radius behind the place, and that forms a ridge with this one.
+inline bool beyond_edge(const std::vector<Disc>& discs, const Hit& hit, V origin, V direction, double& margin) {
+  const Disc& own = discs[hit.disc];
+  const V met = origin + hit.t * direction, way = own.center - met;
+  bool beyond = false;
+  for (std::size_t j = 0; j < discs.size(); ++j) {
+    const Disc& d = discs[j];
+    const double along = dot(way, d.normal), before = dot(met - d.center, d.normal) / norm(d.major);
+    const double s = dot(d.center - met, d.normal) / along;
+    const V p = met + s * way - d.center;
+    const double u = dot(p, d.major) / dot(d.major, d.major), v = dot(p, d.minor) / dot(d.minor, d.minor);
+    const double reach = std::sqrt(u * u + v * v);
+    if (j == hit.disc || !(reach < 1.1) || s < -0.1 || s > 1.1 || before < 0.1) continue;
+    const double ridge = -dot(d.center - own.center, own.normal - d.normal) / norm(d.center - own.center);
+    margin = std::min({margin, std::abs(1 - reach) * std::abs(along) / norm(way), std::abs(before - 0.125),
+                       std::abs(1 - s), std::abs(ridge)});
+    beyond = beyond || (reach <= 1 && s < 1 && before > 0.125 && ridge >= 0);
+  }
+  return beyond;
+}
+
+/// True when a disc that faces the ray reaches to within a radius of the way from three radii before the hit to one behind.
+inline bool has_fronts_beside(const std::vector<Disc>& discs, const Hit& hit, V origin, V direction) {
+  const double radius = norm(discs[hit.disc].major);
+  return std::any_of(discs.begin(), discs.end(), [&](const Disc& d) {
+    const V to = d.center - origin;
+    const double t = std::clamp(dot(to, direction), hit.t - 3 * radius, hit.t + radius);
+    return dot(direction, d.normal) < 0 && norm(to - t * direction) <= norm(d.major) + 1.01 * radius;
+  });
+}
+
 /// The surface that a ray meets. `reach`: hits within so many radii (the least of the group's greater half axes) of its first
 /// are a group. `closed`, `inside`: see the method's far phase.
 inline Answer surface(const std::vector<Disc>& discs, V origin, V direction, double t_min, double reach, bool closed,
@@ -118,6 +151,11 @@ inline Answer surface(const std::vector<Disc>& discs, V origin, V direction, dou
     }
     if (closed && end < hits.size() && !overhang)
       overhang = passes_by(discs, hits, begin, end, origin, direction, inside ? -1 : 1, answer.margin);
+    if (!closed && !hits[begin].front) {
+      overhang = true;
+      for (std::size_t k = begin; k < end && overhang; ++k)
+        overhang = beyond_edge(discs, hits[k], origin, direction, answer.margin);
+    }
     if (overhang) {
       begin = end;
       continue;
@@ -141,6 +179,7 @@ inline Answer surface(const std::vector<Disc>& discs, V origin, V direction, dou
     answer.found = true;
     answer.t = hits[chosen].t;
     answer.entering = hits[begin].front;
+    answer.by_fronts = !closed && !hits[begin].front && has_fronts_beside(discs, hits[begin], origin, direction);
     answer.normal = norm(normal) > 0 ? (1 / norm(normal)) * normal : discs[hits[chosen].disc].normal;
     return answer;
   }

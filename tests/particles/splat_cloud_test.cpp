@@ -222,7 +222,7 @@ TEST(SplatCloud, LinesOfAScanner) {
   }
   const SplatCloud cloud = make_splats(numbered(plane), {}, "lines");
   const Vec3d normal = normalize(Vec3d{0, -0.3, 1});
-  const double expected = 0.5 * std::hypot(0.125, std::hypot(1, 0.3));
+  const double expected = 1.05 * 0.5 * std::hypot(0.125, std::hypot(1, 0.3));
   std::size_t inside = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Vec3d p = cloud.particles.positions[i];
