@@ -41,16 +41,12 @@ int run_splats(SplatsArguments& a) {
 }
 
 constexpr const char* splats_footer =
-    "A render of the file maps it and touches no more of it than its rays come by: one splat stands for all those of "
-    "a\n"
-    "part of the cloud that looks smaller than a pixel (--lod of embrun render; --lod 0 meets every splat). So a "
-    "cloud\n"
-    "that is far larger than the picture, or than memory, costs what the picture needs.\n\n"
-    "Binary PLY files of more than 4 million points are read in pieces, twice, and need not fit into memory. They "
-    "must\n"
-    "have normals; radii are theirs, or the least that leave no hole; outliers are not looked for, and the cloud is\n"
-    "open unless --closed yes says otherwise. All else is read whole, and its splats are those that embrun render "
-    "makes.\n\n"
+    "A render of the file maps it and touches no more of it than its rays come by: one splat stands for all those of\n"
+    "a part of the cloud that looks smaller than a pixel (--lod of embrun render; --lod 0 meets every splat). So a\n"
+    "cloud that is far larger than the picture, or than memory, costs what the picture needs.\n\n"
+    "Binary PLY files of more than 4 million points are read in pieces, twice, and need not fit into memory. They\n"
+    "must have normals; radii are theirs, or the least that leave no hole; outliers are not looked for. All else is\n"
+    "read whole, and its splats are those that embrun render makes.\n\n"
     "Examples:\n"
     "  embrun splats city.ply -o city.splats\n"
     "  embrun splats city.ply -o city.splats --memory 0.5 --scratch fast-disk\n"

@@ -117,15 +117,12 @@ Vec3d spread_direction(std::size_t i) {
 /// All splats, or every so manieth along `order`, grown to cover as much.
 std::vector<Disc> take_discs(std::span<const Vec3d> points, std::span<const Vec3> normals, std::span<const float> radii,
                              std::span<const std::uint32_t> order) {
-  const std::size_t step = (points.size() + most_splats - 1) / most_splats;
-  // Every so manieth point is less even than a sample of that size.
-  constexpr double unevenness = 1.5;
-  const double growth = step == 1 ? 1 : unevenness * std::sqrt(static_cast<double>(step));
+  const SplatThinning thinning(points.size());
   std::vector<Disc> discs;
-  discs.reserve(points.size() / step + 1);
-  for (std::size_t place = 0; place < order.size(); place += step) {
+  discs.reserve(points.size() / thinning.step + 1);
+  for (std::size_t place = 0; place < order.size(); place += thinning.step) {
     const std::uint32_t i = order[place];
-    discs.push_back({points[i], to_double(normals[i]), growth * static_cast<double>(radii[i])});
+    discs.push_back({points[i], to_double(normals[i]), static_cast<double>(thinning.growth * radii[i])});
   }
   return discs;
 }
@@ -138,6 +135,13 @@ double median_radius(const std::vector<Disc>& discs) {
 }
 
 }  // namespace
+
+SplatThinning::SplatThinning(std::size_t splats)
+    : step(std::max<std::size_t>((splats + most_splats - 1) / most_splats, 1)) {
+  // Every so manieth point is less even than a sample of that size.
+  constexpr double unevenness = 1.5;
+  if (step > 1) growth = static_cast<float>(unevenness * std::sqrt(static_cast<double>(step)));
+}
 
 CloudClosedness look_for_holes(std::span<const Vec3d> points, std::span<const Vec3> normals,
                                std::span<const float> radii, std::span<const std::uint32_t> order) {

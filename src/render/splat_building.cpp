@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "base/error.h"
@@ -14,6 +15,7 @@
 #include "math/median.h"
 #include "math/srgb.h"
 #include "particles/cloud_cleaning.h"
+#include "particles/cloud_closedness.h"
 #include "particles/cloud_normals.h"
 #include "particles/cloud_splats.h"
 #include "particles/point_tree.h"
@@ -227,9 +229,11 @@ class BrickMaking {
   }
 };
 
-/// Follows what is written: bounds, roots, and radii of a sample.
+/// Follows what is written: bounds, roots, radii of a sample, and what tells whether it is closed.
 class Whole {
  public:
+  explicit Whole(std::uint64_t points) : thinning_(points) {}
+
   void add(const SplatBrick& brick, std::uint32_t root) {
     roots_.push_back({brick.whole, brick.bounds, root});
     bounds_.include(brick.bounds);
@@ -241,7 +245,14 @@ class Whole {
         least_ = std::min(least_, radius);
         greatest_ = std::max(greatest_, radius);
         constexpr std::uint64_t one_of = 64;
-        if (seen_++ % one_of == 0) sample_.push_back(radius);
+        if (seen_ % one_of == 0) sample_.push_back(radius);
+        if (seen_ % thinning_.step == 0) {
+          const Splat splat = block.splat(i);
+          centers_.push_back(to_double(splat.center));
+          normals_.push_back(splat.normal);
+          grown_radii_.push_back(thinning_.growth * radius);
+        }
+        ++seen_;
       }
   }
   const std::vector<BrickRoot>& roots() const { return roots_; }
@@ -251,6 +262,11 @@ class Whole {
     report.least_radius = static_cast<double>(least_);
     report.greatest_radius = static_cast<double>(greatest_);
     report.median_radius = static_cast<double>(median_of(sample_));
+  }
+  bool is_closed() const {
+    std::vector<std::uint32_t> order(centers_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    return look_for_holes(centers_, normals_, grown_radii_, order).closed;
   }
   SplatFileTail tail(const Survey& survey, bool closed, double median_radius) const {
     SplatFileTail tail;
@@ -272,6 +288,10 @@ class Whole {
   std::uint64_t count_ = 0, seen_ = 0;
   float least_ = infinity, greatest_ = 0;
   std::vector<float> sample_;
+  SplatThinning thinning_;
+  std::vector<Vec3d> centers_;
+  std::vector<Vec3> normals_;
+  std::vector<float> grown_radii_;
 };
 
 void check_survey(const Survey& survey, const std::string& name) {
@@ -314,7 +334,7 @@ SplatBuildReport write_splats_of(PointStream& stream, const SplatBuildOptions& o
 
   SplatFileWriter writer(sink, options.scratch, survey.has_colors);
   BrickMaking making(sorter, cut_into_bricks(sorter, options.brick), survey, options, report.estimated_radii);
-  Whole whole;
+  Whole whole(survey.points);
   constexpr std::size_t at_a_time = 16;
   for (std::size_t done = 0; done < making.count();) {
     std::vector<SplatBrick> bricks = making.next(at_a_time);
@@ -332,7 +352,8 @@ SplatBuildReport write_splats_of(PointStream& stream, const SplatBuildOptions& o
   if (whole.roots().size() > 1)
     add_nodes(writer, join_splat_bricks(whole.roots(), writer.node_count(), survey.has_colors));
   whole.report(report);
-  writer.finish(whole.tail(survey, options.splats.closed.value_or(false), report.median_radius));
+  report.closed = options.splats.closed ? *options.splats.closed : whole.is_closed();
+  writer.finish(whole.tail(survey, report.closed, report.median_radius));
   report.duplicates = making.duplicates();
   report.bricks = whole.roots().size();
   report.blocks = writer.splat_blocks();

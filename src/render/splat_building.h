@@ -20,7 +20,7 @@ struct SplatBuildOptions {
 struct SplatBuildReport {
   std::uint64_t points = 0, dropped = 0, duplicates = 0, splats = 0, bricks = 0, runs = 0;
   std::uint64_t blocks = 0, nodes = 0;
-  bool estimated_radii = false, has_colors = false;
+  bool estimated_radii = false, has_colors = false, closed = false;
   double least_radius = 0, median_radius = 0, greatest_radius = 0;
   double sort_seconds = 0, build_seconds = 0;
 };

@@ -118,15 +118,13 @@ void SplatWork::write(const std::string& point_file, const std::string& splat_fi
   report.greatest_radius = built.greatest_radius;
   if (report.radius_source.empty())
     report.radius_source = build.splats.radius ? "given" : built.estimated_radii ? "spacing" : "file";
-  report.closed = build.splats.closed.value_or(false);
+  report.closed = built.closed;
   report.has_colors = built.has_colors;
   report.file_bytes = std::filesystem::file_size(splat_file);
   if (built.duplicates > 0)
     report.notes.push_back(fmt::format("{} points in the place of another were left out", built.duplicates));
   if (const std::uint64_t useless = built.points - built.duplicates - built.splats; useless > 0)
     report.notes.push_back(fmt::format("{} points without a usable radius were left out", useless));
-  if (report.streamed && !build.splats.closed)
-    report.notes.push_back("taken for open; if the cloud bounds a body, say --closed yes");
   if (report.streamed && build.splats.outlier_ratio > 0)
     report.notes.push_back("read in pieces: outliers were not looked for");
 }

@@ -13,14 +13,14 @@
 namespace embrun {
 namespace {
 
-/// A ball's points along a spiral, with normals and colours, in binary PLY.
-void write_ball(const fs::path& file, int count) {
+/// A ball's points along a spiral from its pole, or the first of them, with normals and colours, in binary PLY.
+void write_ball(const fs::path& file, int count, int first) {
   std::ofstream out(file, std::ios::binary);
-  out << "ply\nformat binary_little_endian 1.0\nelement vertex " << count << '\n';
+  out << "ply\nformat binary_little_endian 1.0\nelement vertex " << first << '\n';
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) out << "property float " << name << '\n';
   for (const char* name : {"red", "green", "blue"}) out << "property uchar " << name << '\n';
   out << "end_header\n";
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < first; ++i) {
     const double y = 1 - (2 * i + 1) / static_cast<double>(count), angle = 2.39996322972865332 * i;
     const double r = std::sqrt(1 - y * y);
     const float p[6] = {
@@ -30,6 +30,8 @@ void write_ball(const fs::path& file, int count) {
     out.write("\xff\x80\x10", 3);
   }
 }
+
+void write_ball(const fs::path& file, int count) { write_ball(file, count, count); }
 
 double mean_difference(const Image& a, const Image& b) {
   double difference = 0, sum = 0;
@@ -70,12 +72,17 @@ TEST_F(Cli, SplatsOfAFileShowWhatItsPointsShow) {
 
 TEST_F(Cli, PointsThatAreReadInPiecesMakeAFileOfTheirOwn) {
   write_ball(folder / "ball.ply", 20000);
-  ASSERT_EQ(run("splats ball.ply -o a.splats --stream --closed yes --memory 0.001 --json r.json").exit_code, 0);
+  ASSERT_EQ(run("splats ball.ply -o a.splats --stream --memory 0.001 --json r.json").exit_code, 0);
   ASSERT_EQ(run("splats ball.ply -o b.splats --stream --closed yes --threads 1").exit_code, 0);
   EXPECT_TRUE(content_of(folder / "a.splats") == content_of(folder / "b.splats"));
   const auto report = nlohmann::json::parse(content_of(folder / "r.json"));
   EXPECT_TRUE(report["streamed"].get<bool>());
   EXPECT_EQ(report["radius"]["source"], "spacing");
+  EXPECT_TRUE(report["closed"].get<bool>());
+  // Without its lower half it is not.
+  write_ball(folder / "bowl.ply", 20000, 10000);
+  ASSERT_EQ(run("splats bowl.ply -o bowl.splats --stream --json r.json").exit_code, 0);
+  EXPECT_FALSE(nlohmann::json::parse(content_of(folder / "r.json"))["closed"].get<bool>());
   EXPECT_EQ(run("render a.splats -o a.pfm" + small).exit_code, 0);
 }
 
