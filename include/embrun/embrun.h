@@ -255,7 +255,7 @@ class Renderer {
   Renderer(const std::string& particle_file, const RenderOptions& options, const RenderHooks& hooks = {});
   Renderer(const Particles& particles, const RenderOptions& options, const RenderHooks& hooks = {});
   /// Of the options only what is written counts, and the threads and the first sample; the scene has the rest.
-  Renderer(const SceneInput& scene, const RenderOptions& options = {}, const RenderHooks& hooks = {});
+  explicit Renderer(const SceneInput& scene, const RenderOptions& options = {}, const RenderHooks& hooks = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

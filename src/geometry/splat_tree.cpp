@@ -27,7 +27,10 @@ float half_area(const Box3& box) {
 }
 
 /// Blocks that so many splats fill.
-float blocks_of(std::size_t count) { return static_cast<float>((count + splats_per_block - 1) / splats_per_block); }
+float blocks_of(std::size_t count) {
+  const std::size_t blocks = (count + splats_per_block - 1) / splats_per_block;
+  return static_cast<float>(blocks);
+}
 
 /// A stretch of the order, and the box of its splats.
 struct Range {

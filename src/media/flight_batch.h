@@ -26,11 +26,11 @@ inline constexpr int flights_under_way = 12;
 
 /// A flight under way.
 struct FlightLane {
-  int number = 0;
+  const DensityCell* cell = nullptr;
   FlightQuery query;
   TentativeCollisions tentative;
+  int number = 0;
   TentativeCollision at;
-  const DensityCell* cell = nullptr;
   Flight flight;
 };
 
