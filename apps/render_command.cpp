@@ -195,11 +195,19 @@ void add_work_options(CLI::App& c, RenderArguments& a) {
        "--integrator", o.integrator,
        "how light is followed: path (all of it), whitted (direct light from every light, mirror reflection and "
        "refraction; nothing is lit by way of another matt surface), ao (ambient occlusion of what is seen, water and "
-       "glass too: white where nothing is near, dark in corners; no lights, no colours, no media)")
+       "glass too: white where nothing is near, dark in corners; no lights, no colours, no media), gauss (as path, but "
+       "the directions in which paths leave the first matt surface are the nodes of Gauss's quadrature, one for each "
+       "sample of a pixel, the same in all pixels: bands in place of noise, for comparison; what is glossy, media and "
+       "all later reflections are as with path)")
       ->capture_default_str()
       ->group(group);
   c.add_option("--ao-distance", o.occlusion_distance, "metres: of ao, what is farther away occludes nothing")
       ->default_str("no limit")
+      ->group(group);
+  c.add_option("--gauss-nodes", o.gauss_nodes,
+               "of gauss: nodes of its rule, which the samples of a pixel take in turn: heights times 1 to 8 azimuths "
+               "for each")
+      ->default_str("--spp")
       ->group(group);
   c.add_option("--max-depth", o.max_depth, "most reflections and refractions of a path")
       ->capture_default_str()
@@ -273,12 +281,13 @@ void parse_text(RenderArguments& a) {
 // ---- scene files -------------------------------------------------------------------------------------------------
 
 /// What may be said of a scene file on the command line; the rest it says itself.
-constexpr const char* scene_options[] = {
-    "--output",      "--size",         "--crop",           "--spp",          "--seed",         "--layer",
-    "--exposure",    "--tone",         "--filter",         "--denoise",      "--threads",      "--max-depth",
-    "--refractions", "--first-sample", "--define",         "--boundary-nee", "--clamp",        "--write-scene",
-    "--json",        "--quiet",        "--representation", "--mesh-cell",    "--density-cell", "--integrator",
-    "--ao-distance", "--lod"};
+constexpr const char* scene_options[] = {"--output",         "--size",         "--crop",         "--spp",
+                                         "--seed",           "--layer",        "--exposure",     "--tone",
+                                         "--filter",         "--denoise",      "--threads",      "--max-depth",
+                                         "--refractions",    "--first-sample", "--define",       "--boundary-nee",
+                                         "--clamp",          "--write-scene",  "--json",         "--quiet",
+                                         "--representation", "--mesh-cell",    "--density-cell", "--integrator",
+                                         "--ao-distance",    "--gauss-nodes",  "--lod"};
 
 /// The scene file and the options that were given with it. Throws UsageError for those that a scene says itself.
 SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
@@ -301,6 +310,7 @@ SceneInput scene_input(const CLI::App& command, const RenderArguments& a) {
   if (given("--refractions")) scene.refractions = o.refractions;
   if (given("--integrator")) scene.integrator = o.integrator;
   scene.occlusion_distance = o.occlusion_distance;
+  scene.gauss_nodes = o.gauss_nodes;
   if (given("--boundary-nee")) scene.boundary_nee = o.boundary_nee;
   if (given("--clamp")) scene.clamp = o.clamp.value_or(std::numeric_limits<double>::infinity());
   if (given("--seed")) scene.seed = o.seed;
@@ -329,6 +339,11 @@ int run_render(const CLI::App& command, RenderArguments& a, const std::string& c
   const bool is_scene = is_scene_file(a.input);
   // Until the scene says how large its picture is, any crop may lie in it.
   if (is_scene && a.size.empty()) a.size = "65536x65536";
+  // And until it says how light is followed, what belongs to an integrator may be given.
+  if (is_scene && command.count("--integrator") == 0) {
+    if (a.options.occlusion_distance) a.options.integrator = "ao";
+    if (a.options.gauss_nodes) a.options.integrator = "gauss";
+  }
   parse_text(a);
   if (!is_scene && a.options.mesh_cell && a.options.representation != "mesh")
     throw UsageError("--mesh-cell: only a mesh has cells; add --representation mesh");

@@ -58,8 +58,10 @@ struct RenderOptions {
   int threads = 0;             ///< 0: as many as the machine has
   std::string filter = "box";  ///< of a pixel: box, tent, gaussian, blackman-harris
   /// path: all light. whitted: direct light, mirror reflection and refraction. ao: ambient occlusion, which needs no light.
+  /// gauss: all light, the first diffuse reflection by a quadrature rule of one node for each sample, for comparison.
   std::string integrator = "path";
   std::optional<double> occlusion_distance;  ///< of ao: what is farther away occludes nothing, metres; none: no limit
+  std::optional<int> gauss_nodes;            ///< of gauss: nodes of its rule; none: as many as samples
   int max_depth = 256;                       ///< scattering events of a path
   int refractions = -1;                      ///< after that many a ray goes straight on; -1: any number
   /// How shadow rays meet interfaces. off: they end there, and small lights reach the inside by chance alone. straight:
@@ -147,6 +149,7 @@ struct SceneInput {
   std::optional<int> samples, max_depth, refractions;
   std::optional<std::string> integrator;
   std::optional<double> occlusion_distance;
+  std::optional<int> gauss_nodes;
   std::optional<std::string> boundary_nee;
   std::optional<double> clamp;
   std::optional<std::uint32_t> seed;

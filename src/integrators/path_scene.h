@@ -10,6 +10,7 @@
 #include "media/grid_medium.h"
 #include "media/media_state.h"
 #include "media/particle_flight.h"
+#include "sampling/hemisphere_rule.h"
 
 namespace embrun {
 
@@ -54,6 +55,7 @@ struct PathScene {
   Camera camera;
   MediaState camera_media;  ///< what the camera is in
   DirectionGuide guide;
+  HemisphereRule rule;  ///< of IntegratorKind::gauss
   PathSettings settings;
 };
 

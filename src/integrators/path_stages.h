@@ -395,10 +395,10 @@ EMBRUN_FN void play_roulette(const PathScene& scene, PathState& path) {
     path.throughput *= 1.0f / survival;
 }
 
-/// Sends the path on from an event in a new direction, or ends it.
-EMBRUN_LOCAL_FN void bounce_path(const PathScene& scene, PathState& path, const SceneHit& hit,
-                                 const SurfaceEvent& event, const MediaState& behind, PathCounters& counters) {
-  const BsdfSample next = sample_direction(scene, path, event.bsdf, event.normals, event.wo);
+/// Sends the path on from an event in the direction of a sample of its bsdf, or ends it.
+EMBRUN_LOCAL_FN void follow_sample(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                   const SurfaceEvent& event, const BsdfSample& next, const MediaState& behind,
+                                   PathCounters& counters) {
   counters.bends += next.bent;
   ++counters.scatterings;
   if (!next.valid || is_black(next.weight)) {
@@ -427,13 +427,25 @@ EMBRUN_LOCAL_FN void bounce_path(const PathScene& scene, PathState& path, const 
   play_roulette(scene, path);
 }
 
+/// Sends the path on from an event in a new direction, or ends it.
+EMBRUN_LOCAL_FN void bounce_path(const PathScene& scene, PathState& path, const SceneHit& hit,
+                                 const SurfaceEvent& event, const MediaState& behind, PathCounters& counters) {
+  const BsdfSample next = sample_direction(scene, path, event.bsdf, event.normals, event.wo);
+  follow_sample(scene, path, hit, event, next, behind, counters);
+}
+
+/// Samples light at an event of a surface. True when `shadow` is to be traced.
+EMBRUN_LOCAL_FN bool light_event(const PathScene& scene, const PathState& path, const SceneHit& hit,
+                                 const SurfaceEvent& event, const MediaState& behind, ShadowRay& shadow) {
+  return !event.specular && light_surface(scene, path, hit, event, behind,
+                                          draw_light(scene, path, leave_surface(hit, event.wo)), false, shadow);
+}
+
 /// Scatters the path at the hit that advance_path took it to. True when `shadow` is to be traced.
 EMBRUN_LOCAL_FN bool scatter_path(const PathScene& scene, PathState& path, const SceneHit& hit,
                                   const MediaState& behind, ShadowRay& shadow, PathCounters& counters) {
   const SurfaceEvent event = meet_surface(scene, path, hit, behind);
-  const bool lit =
-      !event.specular && light_surface(scene, path, hit, event, behind,
-                                       draw_light(scene, path, leave_surface(hit, event.wo)), false, shadow);
+  const bool lit = light_event(scene, path, hit, event, behind, shadow);
   bounce_path(scene, path, hit, event, behind, counters);
   return lit;
 }

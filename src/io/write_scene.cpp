@@ -378,7 +378,7 @@ void write_sensor(Xml& xml, const SceneDescription& scene) {
 
 void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
   constexpr int unlimited = 65535;
-  constexpr const char* kinds[] = {"volpath", "whitted", "ao"};
+  constexpr const char* kinds[] = {"volpath", "whitted", "ao", "gauss"};
   const IntegratorKind kind = integrator.kind;
   xml.open(std::string("integrator type=\"") + kinds[static_cast<int>(kind)] + "\"");
   xml.whole("max_depth", integrator.max_depth >= unlimited ? -1 : integrator.max_depth + 1);
@@ -386,10 +386,9 @@ void write_integrator(Xml& xml, const IntegratorDescription& integrator) {
   xml.whole("max_refractions", integrator.max_refractions);
   xml.flag("hide_emitters", integrator.hide_emitters);
   // What has no effect would be a warning when it is read.
-  if (kind == IntegratorKind::path) {
-    xml.flag("guide", integrator.guide);
-    xml.flag("equiangular", integrator.equiangular);
-  }
+  if (kind == IntegratorKind::path) xml.flag("guide", integrator.guide);
+  if (kind == IntegratorKind::path || kind == IntegratorKind::gauss) xml.flag("equiangular", integrator.equiangular);
+  if (kind == IntegratorKind::gauss && integrator.gauss_nodes > 0) xml.whole("nodes", integrator.gauss_nodes);
   if (kind == IntegratorKind::ambient_occlusion) {
     if (std::isfinite(integrator.occlusion_distance)) xml.real("distance", integrator.occlusion_distance);
   } else {

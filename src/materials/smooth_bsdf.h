@@ -60,10 +60,9 @@ EMBRUN_FN BsdfSample sample_conductor(const Bsdf& bsdf, const FacingNormals& nor
   return mirror_sample(normals, wo, bsdf.reflectance * fresnel, 1.0f);
 }
 
-/// Cosine-distributed about the shading normal. Directions that the shading normal sends under the true surface are
-/// not valid: they carry nothing, in eval and pdf alike.
-EMBRUN_FN BsdfSample sample_diffuse(const Bsdf& bsdf, const FacingNormals& normals, Sample2 u) {
-  const Vec3 local = sample_cosine_hemisphere(u);
+/// The sample whose direction is `local` in the shading normal's frame. Directions that the shading normal sends under the
+/// true surface are not valid: they carry nothing, in eval and pdf alike.
+EMBRUN_FN BsdfSample diffuse_sample(const Bsdf& bsdf, const FacingNormals& normals, Vec3 local) {
   BsdfSample s;
   s.wi = normalize(Frame(normals.shading).to_world(local));
   if (dot(s.wi, normals.geometric) <= 0.0f) return {};
@@ -72,6 +71,11 @@ EMBRUN_FN BsdfSample sample_diffuse(const Bsdf& bsdf, const FacingNormals& norma
   s.pdf = cosine_hemisphere_pdf(local.z);
   s.bent = normals.bent;
   return s;
+}
+
+/// Cosine-distributed about the shading normal.
+EMBRUN_FN BsdfSample sample_diffuse(const Bsdf& bsdf, const FacingNormals& normals, Sample2 u) {
+  return diffuse_sample(bsdf, normals, sample_cosine_hemisphere(u));
 }
 
 EMBRUN_FN float lambert_pdf(const FacingNormals& normals, Vec3 wi) {

@@ -241,7 +241,7 @@ void add_surroundings(SceneDescription& scene, const RenderOptions& options, Box
   }
   scene.integrator.seed = options.seed;
   scene.integrator.samples = options.samples;
-  set_integrator(scene.integrator, options.integrator, options.occlusion_distance);
+  set_integrator(scene.integrator, options.integrator, options.occlusion_distance, options.gauss_nodes);
   scene.integrator.max_depth = options.max_depth;
   scene.integrator.max_refractions = options.refractions;
   scene.integrator.straight_shadows = straight_shadows_from_name(options.boundary_nee, scene.integrator.kind);

@@ -71,18 +71,26 @@ IntegratorKind integrator_from_name(const std::string& name) {
   return pick<IntegratorKind>("integrator", name,
                               {{"path", IntegratorKind::path},
                                {"whitted", IntegratorKind::whitted},
-                               {"ao", IntegratorKind::ambient_occlusion}});
+                               {"ao", IntegratorKind::ambient_occlusion},
+                               {"gauss", IntegratorKind::gauss}});
 }
 
 void set_integrator(IntegratorDescription& integrator, const std::optional<std::string>& name,
-                    std::optional<double> occlusion_distance) {
+                    std::optional<double> occlusion_distance, std::optional<int> gauss_nodes) {
   const IntegratorKind before = integrator.kind;
   if (name) integrator.kind = integrator_from_name(*name);
   if (integrator.kind != before) integrator.straight_shadows = straight_shadows_of(integrator.kind);
-  if (!occlusion_distance) return;
-  if (integrator.kind != IntegratorKind::ambient_occlusion)
-    throw Error("a distance of ambient occlusion is given, but the integrator is not ao");
-  integrator.occlusion_distance = *occlusion_distance;
+  if (occlusion_distance) {
+    if (integrator.kind != IntegratorKind::ambient_occlusion)
+      throw Error("a distance of ambient occlusion is given, but the integrator is not ao");
+    integrator.occlusion_distance = *occlusion_distance;
+  }
+  if (gauss_nodes) {
+    if (integrator.kind != IntegratorKind::gauss)
+      throw Error("nodes of Gauss's rule are given, but the integrator is not gauss");
+    if (*gauss_nodes < 1) throw Error(std::to_string(*gauss_nodes) + " nodes of Gauss's rule: give 1 or more");
+    integrator.gauss_nodes = *gauss_nodes;
+  }
 }
 
 bool straight_shadows_from_name(const std::string& name, IntegratorKind kind) {

@@ -28,9 +28,10 @@ MediaOverlap overlap_from_name(const std::string& name);
 
 enum class FloorKind { none, plain, checker };
 IntegratorKind integrator_from_name(const std::string& name);
-/// Sets what is given, and with another kind how its shadow rays go. A distance is for ambient occlusion alone.
+/// Sets what is given, and with another kind how its shadow rays go. A distance is for ambient occlusion alone, nodes
+/// are for gauss alone.
 void set_integrator(IntegratorDescription& integrator, const std::optional<std::string>& name,
-                    std::optional<double> occlusion_distance);
+                    std::optional<double> occlusion_distance, std::optional<int> gauss_nodes);
 bool straight_shadows_from_name(const std::string& name, IntegratorKind kind);  ///< off, straight, auto: the kind's
 FloorKind floor_from_name(const std::string& name);
 NormalChoice normal_choice_from_name(const std::string& name);

@@ -83,7 +83,7 @@ SceneFile read_scene(const SceneInput& input) {
     scene.film.crop = PixelWindow{c[0], c[1], c[2], c[3]};
   }
   scene.integrator.samples = input.samples.value_or(scene.integrator.samples);
-  set_integrator(scene.integrator, input.integrator, input.occlusion_distance);
+  set_integrator(scene.integrator, input.integrator, input.occlusion_distance, input.gauss_nodes);
   scene.integrator.max_depth = input.max_depth.value_or(scene.integrator.max_depth);
   scene.integrator.max_refractions = input.refractions.value_or(scene.integrator.max_refractions);
   if (input.boundary_nee)
@@ -265,6 +265,12 @@ void Renderer::State::start(const SceneDescription& description, const RenderHoo
   report.height = film.window.height;
   report.seed = description.integrator.seed;
   report.planned_samples = description.integrator.samples;
+  if (const std::size_t nodes = scene.hemisphere_nodes.size();
+      nodes > 0 && static_cast<std::size_t>(description.integrator.samples) % nodes != 0)
+    report.notes.push_back(
+        fmt::format("{} samples a pixel are no multiple of the {} nodes of Gauss's rule: by themselves they are a "
+                    "part of a picture, whose mean is not that of the hemisphere",
+                    description.integrator.samples, nodes));
   const CameraSettings& camera = description.camera;
   report.camera_from = {camera.eye.x, camera.eye.y, camera.eye.z};
   report.camera_to = {camera.target.x, camera.target.y, camera.target.z};
@@ -381,8 +387,8 @@ void Renderer::State::record_choices(const MeasuredParticles& measured, const Sc
 }
 
 std::string Renderer::State::replay_command(const PixelSample& sample) const {
-  const std::string flags =
-      fmt::format("--crop {},{},1,1 --first-sample {} --spp 1", sample.x, sample.y, sample.sample);
+  std::string flags = fmt::format("--crop {},{},1,1 --first-sample {} --spp 1", sample.x, sample.y, sample.sample);
+  if (!scene.hemisphere_nodes.empty()) flags += fmt::format(" --gauss-nodes {}", scene.hemisphere_nodes.size());
   return options.command.empty() ? flags : options.command + " " + flags;
 }
 

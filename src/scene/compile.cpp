@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "math/median.h"
+#include "sampling/gauss_rule.h"
 #include "scene/compile_materials.h"
 #include "scene/compile_media.h"
 #include "scene/compile_splats.h"
@@ -181,6 +182,8 @@ class Compiler {
     add_lights();
     flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
     flat_.integrator = scene_.integrator;
+    if (scene_.integrator.kind == IntegratorKind::gauss)
+      flat_.hemisphere_nodes = gauss_hemisphere(*hemisphere_rule_size(gauss_nodes_of(scene_.integrator)));
     flat_.film = scene_.film;
     return std::move(flat_);
   }

@@ -20,6 +20,7 @@
 #include "media/grid_medium_build.h"
 #include "media/media_state.h"
 #include "media/particle_density_build.h"
+#include "sampling/hemisphere_rule.h"
 #include "scene/scene_description.h"
 
 namespace embrun {
@@ -139,6 +140,7 @@ struct FlatScene {
   LightSetBuilder lights;
   Camera camera;
   IntegratorDescription integrator;
+  std::vector<HemisphereNode> hemisphere_nodes;  ///< of IntegratorKind::gauss: one turn of samples
   FilmDescription film;
 
   FlatScene() = default;

@@ -232,9 +232,16 @@ struct IntegratorDescription {
   double clamp = static_cast<double>(infinity);
   /// Of ambient occlusion: what is farther away occludes nothing, metres. Infinite: no limit.
   double occlusion_distance = static_cast<double>(infinity);
+  /// Of Gauss's quadrature: nodes of its rule, which the samples of a pixel take in turn. 0: as many as `samples`.
+  int gauss_nodes = 0;
 
   bool operator==(const IntegratorDescription&) const = default;
 };
+
+/// Nodes of Gauss's rule; the number is good if it has a hemisphere_rule_size().
+constexpr int gauss_nodes_of(const IntegratorDescription& integrator) {
+  return integrator.gauss_nodes == 0 ? integrator.samples : integrator.gauss_nodes;
+}
 
 struct SceneDescription {
   UpAxis up = UpAxis::y;

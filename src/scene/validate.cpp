@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <string>
 #include <string_view>
 
 #include "base/error.h"
 #include "geometry/splat_hierarchy.h"
+#include "sampling/gauss_rule.h"
 #include "scene/each_material.h"
 #include "scene/scene_description.h"
 
@@ -294,6 +297,31 @@ void check_film(const FilmDescription& film) {
           crop.height, film.width, film.height);
 }
 
+/// The numbers of nodes next to one that make a rule of the hemisphere, for people.
+std::string nearest_rules(int nodes) {
+  const auto name = [](int n) {
+    const HemisphereRuleSize size = *hemisphere_rule_size(n);
+    return fmt::format("{} ({} x {})", n, size.heights, size.azimuths);
+  };
+  int below = std::min(nodes, most_hemisphere_nodes);
+  while (!hemisphere_rule_size(below)) --below;
+  if (below == most_hemisphere_nodes) return name(below);
+  int above = nodes;
+  while (!hemisphere_rule_size(above)) ++above;
+  return name(below) + " and " + name(above);
+}
+
+void check_gauss_rule(const IntegratorDescription& settings) {
+  require(settings.gauss_nodes >= 0, "{} nodes of Gauss's rule: give 1 or more", settings.gauss_nodes);
+  const int nodes = gauss_nodes_of(settings);
+  if (hemisphere_rule_size(nodes)) return;
+  throw Error(
+      fmt::format("{} nodes of Gauss's rule{}: their number has to be heights times azimuths, from 1 to 8 azimuths for "
+                  "each height, and at most {}; the nearest are {}",
+                  nodes, settings.gauss_nodes == 0 ? " (one for each sample of a pixel)" : "", most_hemisphere_nodes,
+                  nearest_rules(nodes)));
+}
+
 void check_integrator(const IntegratorDescription& settings) {
   require(settings.samples >= 1, "{} samples per pixel: there must be at least 1", settings.samples);
   require(settings.max_depth >= 0 && settings.max_depth <= 65535, "greatest depth {} is not in [0, 65535]",
@@ -303,6 +331,7 @@ void check_integrator(const IntegratorDescription& settings) {
   require(settings.clamp > 0, "clamp at {}: it must be positive", settings.clamp);
   require(settings.occlusion_distance > 0, "occlusion up to {} m: the distance must be positive",
           settings.occlusion_distance);
+  if (settings.kind == IntegratorKind::gauss) check_gauss_rule(settings);
   require(settings.roulette_depth >= 0, "Russian roulette after {} events: give 0 or more", settings.roulette_depth);
 }
 

@@ -278,7 +278,7 @@ TEST_F(Cli, ShadowRaysAndTheClampAreAskedFor) {
 TEST_F(Cli, TheIntegratorIsAskedFor) {
   const std::string scene = "render water.xyz -q --size 16x12 --spp 4 --order 2 ";
   ASSERT_EQ(run(scene + "-o path.pfm").exit_code, 0);
-  for (const std::string name : {"whitted", "ao"}) {
+  for (const std::string name : {"whitted", "ao", "gauss"}) {
     ASSERT_EQ(run(scene + "-o direct.pfm --integrator " + name).exit_code, 0);
     EXPECT_NE(content_of(folder / "direct.pfm"), content_of(folder / "path.pfm"));
     // A scene file says the same, and the flag overrules it.
@@ -299,9 +299,31 @@ TEST_F(Cli, TheIntegratorIsAskedFor) {
   ASSERT_EQ(run(scene + "-o far.pfm --integrator ao").exit_code, 0);
   ASSERT_EQ(run(scene + "-o near.pfm --integrator ao --ao-distance 0.01").exit_code, 0);
   EXPECT_LT(mean_of(folder / "far.pfm"), 0.99 * mean_of(folder / "near.pfm"));
-  expect_refused("render water.xyz -o x.png --integrator direct", 2, "path, whitted, ao");
+  expect_refused("render water.xyz -o x.png --integrator direct", 2, "path, whitted, ao, gauss");
   expect_refused("render water.xyz -o x.png --ao-distance 1", 2, "not ao");
   expect_refused("render water.xyz -o x.png --integrator ao --ao-distance -1", 2, "must be positive");
+}
+
+// Gauss's rule has a node for each sample; parts of a picture say how many there are in all.
+TEST_F(Cli, GaussHasItsNodes) {
+  const std::string scene = "render water.xyz --size 16x12 --order 2 --integrator gauss ";
+  ASSERT_EQ(run(scene + "-q --spp 16 -o whole.pfm").exit_code, 0);
+  const Outcome first = run(scene + "--spp 8 --gauss-nodes 16 -o first.pfm");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(first.out.find("8 samples a pixel are no multiple of the 16 nodes"), std::string::npos) << first.out;
+  ASSERT_EQ(run(scene + "-q --spp 8 --gauss-nodes 16 --first-sample 8 -o second.pfm").exit_code, 0);
+  EXPECT_NEAR(0.5 * (mean_of(folder / "first.pfm") + mean_of(folder / "second.pfm")), mean_of(folder / "whole.pfm"),
+              1e-5 * mean_of(folder / "whole.pfm"));
+  expect_refused(scene + "-o x.png --spp 17", 2, "the nearest are 16 (2 x 8) and 18 (2 x 9)");
+  expect_refused(scene + "-o x.png --gauss-nodes 0", 2, "nodes");
+  expect_refused("render water.xyz -o x.png --gauss-nodes 16", 2, "not gauss");
+  // What a scene file's integrator has may be changed without naming it again.
+  ASSERT_EQ(run(scene + "--spp 16 --write-scene scene.xml").exit_code, 0);
+  EXPECT_EQ(run("render scene.xml -q -o x.pfm --crop 3,4,1,1 --spp 1 --first-sample 5 --gauss-nodes 16").exit_code, 0);
+  EXPECT_EQ(run("render scene.xml -q -o x.pfm --spp 17").exit_code, 1);
+  ASSERT_EQ(run("render water.xyz --size 16x12 --integrator ao --write-scene ao.xml").exit_code, 0);
+  EXPECT_EQ(run("render ao.xml -q -o x.pfm --spp 1 --ao-distance 0.1").exit_code, 0);
+  EXPECT_EQ(run("render scene.xml -q -o x.pfm --spp 1 --ao-distance 0.1").exit_code, 1);
 }
 
 // What was chosen for other particles is said.

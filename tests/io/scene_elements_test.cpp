@@ -26,7 +26,8 @@ TEST(SceneIntegrator, CountsDepthAsMitsubaDoes) {
   EXPECT_EQ(defaults.roulette_depth, 5);
   EXPECT_NE(error_of("<integrator type=\"path\"><integer name=\"max_depth\" value=\"0\"/></integrator>").find("black"),
             std::string::npos);
-  EXPECT_NE(error_of("<integrator type=\"direct\"/>").find("there are path, volpath, whitted, ao"), std::string::npos);
+  EXPECT_NE(error_of("<integrator type=\"direct\"/>").find("there are path, volpath, whitted, ao, gauss"),
+            std::string::npos);
 }
 
 TEST(SceneIntegrator, KnowsWhittedAndAmbientOcclusion) {
@@ -44,6 +45,19 @@ TEST(SceneIntegrator, KnowsWhittedAndAmbientOcclusion) {
   EXPECT_NE(
       error_of("<integrator type=\"whitted\"><float name=\"distance\" value=\"1\"/></integrator>").find("distance"),
       std::string::npos);
+}
+
+TEST(SceneIntegrator, KnowsGauss) {
+  const IntegratorDescription gauss = scene_of("<integrator type=\"gauss\"/>").integrator;
+  EXPECT_EQ(gauss.kind, IntegratorKind::gauss);
+  EXPECT_EQ(gauss.gauss_nodes, 0);
+  EXPECT_FALSE(gauss.straight_shadows);
+  const auto with_nodes = [](const std::string& type, const std::string& nodes) {
+    return "<integrator type=\"" + type + "\"><integer name=\"nodes\" value=\"" + nodes + "\"/></integrator>";
+  };
+  EXPECT_EQ(scene_of(with_nodes("gauss", "36")).integrator.gauss_nodes, 36);
+  EXPECT_NE(error_of(with_nodes("gauss", "0")).find("nodes"), std::string::npos);
+  EXPECT_NE(error_of(with_nodes("path", "36")).find("nodes"), std::string::npos);
 }
 
 // ---- sensor ------------------------------------------------------------------------------------------------------

@@ -212,6 +212,12 @@ TEST(SceneRoundTrip, OfWhatNoMitsubaFileSays) {
   scene.integrator.clamp = static_cast<double>(infinity);
   scene.integrator.occlusion_distance = 0.1;
   expect_same_again(scene);
+  scene.integrator.kind = IntegratorKind::gauss;
+  scene.integrator.occlusion_distance = static_cast<double>(infinity);
+  scene.integrator.equiangular = false;
+  expect_same_again(scene);
+  scene.integrator.gauss_nodes = 36;
+  expect_same_again(scene);
 }
 
 TEST(SceneRoundTrip, OfMaterials) {

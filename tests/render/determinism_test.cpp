@@ -57,7 +57,8 @@ TEST(Determinism, TheSameBitsOnAnyNumberOfThreads) {
 }
 
 TEST(Determinism, OfTheOtherIntegratorsToo) {
-  for (const IntegratorKind kind : {IntegratorKind::whitted, IntegratorKind::ambient_occlusion}) {
+  for (const IntegratorKind kind :
+       {IntegratorKind::whitted, IntegratorKind::ambient_occlusion, IntegratorKind::gauss}) {
     SceneDescription scene = mixed_scene();
     scene.integrator.kind = kind;
     RenderControl control;

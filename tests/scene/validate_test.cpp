@@ -287,6 +287,26 @@ const Flaw flaws[] = {
     {"depth", [](auto& s) { s.integrator.max_depth = 70000; }, "greatest depth 70000"},
     {"refractions", [](auto& s) { s.integrator.max_refractions = -2; }, "-2 refractions"},
     {"occlusion", [](auto& s) { s.integrator.occlusion_distance = 0; }, "occlusion up to 0 m"},
+    {"gauss_samples",
+     [](auto& s) {
+       s.integrator.kind = IntegratorKind::gauss;
+       s.integrator.samples = 17;
+     },
+     "17 nodes of Gauss's rule (one for each sample of a pixel): their number has to be heights times azimuths, from 1 "
+     "to 8 "
+     "azimuths for each height, and at most 65536; the nearest are 16 (2 x 8) and 18 (2 x 9)"},
+    {"gauss_nodes",
+     [](auto& s) {
+       s.integrator.kind = IntegratorKind::gauss;
+       s.integrator.gauss_nodes = 70000;
+     },
+     "the nearest are 65536 (128 x 512)"},
+    {"gauss_negative",
+     [](auto& s) {
+       s.integrator.kind = IntegratorKind::gauss;
+       s.integrator.gauss_nodes = -16;
+     },
+     "-16 nodes"},
     {"fov", [](auto& s) { s.camera.vertical_fov = 180; }, "field of view"},
     {"camera", [](auto& s) { s.camera.target = s.camera.eye; }, "camera"},
 };

@@ -108,9 +108,11 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : ker
   settings.equiangular = scene.integrator.equiangular && has_lamps(path_scene_.lights);
   settings.clamp = static_cast<float>(scene.integrator.clamp);
   settings.occlusion_distance = static_cast<float>(scene.integrator.occlusion_distance);
-  // The path tracer alone has stages for these, and ambient occlusion takes what refracts for opaque.
+  path_scene_.rule = {scene.hemisphere_nodes.data(), static_cast<std::uint32_t>(scene.hemisphere_nodes.size())};
+  // Others than path tracers have no stages for these, and ambient occlusion takes what refracts for opaque. A guide would
+  // have its say in where the rule's nodes are.
   const bool is_path = settings.integrator == IntegratorKind::path;
-  settings.equiangular = settings.equiangular && is_path;
+  settings.equiangular = settings.equiangular && (is_path || settings.integrator == IntegratorKind::gauss);
   if (settings.integrator == IntegratorKind::ambient_occlusion) settings.max_refractions = -1;
   if (is_path && scene.integrator.guide && needs_guide(scene)) {
     guide_ = std::make_unique<LearnedGuide>(learn_guide(kernels_, path_scene_, view_));

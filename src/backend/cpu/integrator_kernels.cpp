@@ -3,6 +3,7 @@
 #include "backend/cpu/path_batch.h"
 #include "backend/cpu/scene_intersector.h"
 #include "integrators/ambient_occlusion.h"
+#include "integrators/gauss.h"
 #include "integrators/whitted.h"
 
 namespace embrun::EMBRUN_ISA_NAMESPACE {
@@ -94,6 +95,14 @@ struct OcclusionStages {
   }
 };
 
+/// Gauss's quadrature scatters by its rule; all its stages are the path tracer's else.
+struct ScatterByRule {
+  EMBRUN_FN static bool scatter(const PathScene& scene, PathState& path, const SceneHit& hit, const MediaState& behind,
+                                ShadowRay& shadow, PathCounters& counters) {
+    return scatter_by_rule(scene, path, hit, behind, shadow, counters);
+  }
+};
+
 }  // namespace
 
 void trace_whitted(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
@@ -104,6 +113,12 @@ void trace_whitted(const PathScene& scene, const CpuSceneView& view, const Pixel
 void trace_occlusion(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
                      FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
   trace_samples<OcclusionStages>(scene, CpuIntersector{view}, samples, count, results, timed, batch, counters);
+}
+
+void trace_gauss(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
+                 FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters) {
+  trace_samples<ScatteringStages<ScatterByRule>>(scene, CpuIntersector{view}, samples, count, results, timed, batch,
+                                                 counters);
 }
 
 }  // namespace embrun::EMBRUN_ISA_NAMESPACE

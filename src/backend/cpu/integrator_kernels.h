@@ -12,5 +12,7 @@ void trace_whitted(const PathScene& scene, const CpuSceneView& view, const Pixel
                    FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
 void trace_occlusion(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
                      FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
+void trace_gauss(const PathScene& scene, const CpuSceneView& view, const PixelSample* samples, int count,
+                 FilmSample* results, bool timed, PathBatch& batch, PathCounters& counters);
 
 }  // namespace embrun::EMBRUN_ISA_NAMESPACE

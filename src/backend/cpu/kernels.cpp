@@ -109,7 +109,7 @@ void fly_grid(const GridMedium& medium, const FlightQuery* queries, int count, f
 extern const KernelTable kernel_table;
 const KernelTable kernel_table = {EMBRUN_STRING(EMBRUN_ISA_NAMESPACE),
                                   sizeof(PathBatch),
-                                  {trace_paths, trace_whitted, trace_occlusion},
+                                  {trace_paths, trace_whitted, trace_occlusion, trace_gauss},
                                   learn_directions,
                                   media_at,
                                   intersect,

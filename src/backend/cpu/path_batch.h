@@ -155,8 +155,16 @@ EMBRUN_LOCAL_FN void flight_stage(const PathScene& scene, const Intersector& int
   next_collisions(scene.density, scene.settings.flights, flights, counters.majorants);
 }
 
-/// Stages: advance and scatter. Lists the shadow rays to trace; returns how many.
-template <class Intersector, class Batch>
+/// The path tracer's own way to scatter, for shade_stage.
+struct ScatterPath {
+  EMBRUN_FN static bool scatter(const PathScene& scene, PathState& path, const SceneHit& hit, const MediaState& behind,
+                                ShadowRay& shadow, PathCounters& counters) {
+    return scatter_path(scene, path, hit, behind, shadow, counters);
+  }
+};
+
+/// Stages: advance and scatter, by ScatterPath or another integrator's way. Lists the shadow rays to trace; returns how many.
+template <class Scatter, class Intersector, class Batch>
 EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
                                 PathCounters& counters) {
   int lit = 0;
@@ -171,21 +179,24 @@ EMBRUN_LOCAL_FN int shade_stage(const PathScene& scene, const Intersector& inter
       continue;
     }
     if (advance_path(scene, intersector, path, batch.found[slot], hit, behind, counters) != Advance::scatters) continue;
-    if (scatter_path(scene, path, hit, behind, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
+    if (Scatter::scatter(scene, path, hit, behind, batch.shadows[slot], counters)) batch.lit[lit++] = slot;
   }
   return lit;
 }
 
-/// The path tracer's stages between two crossings.
-struct PathStages {
+/// The stages between two crossings of the path tracer, or of an integrator that differs from it in how surfaces scatter.
+template <class Scatter>
+struct ScatteringStages {
   template <class Intersector, class Batch>
   EMBRUN_FN static void take(const PathScene& scene, const Intersector& intersector, Batch& batch, int count,
                              bool timed, PathCounters& counters) {
     flight_stage(scene, intersector, batch, count, timed, counters);
-    const int lit = shade_stage(scene, intersector, batch, count, counters);
+    const int lit = shade_stage<Scatter>(scene, intersector, batch, count, counters);
     shadow_stage(scene, intersector, batch, lit, timed, counters);
   }
 };
+
+using PathStages = ScatteringStages<ScatterPath>;
 
 /// What trace_batch tells of its paths: nothing.
 struct NoListener {

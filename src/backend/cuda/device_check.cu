@@ -8,6 +8,7 @@
 #include "geometry/splat_tree.h"
 #include "geometry/surface_coordinates.h"
 #include "integrators/ambient_occlusion.h"
+#include "integrators/gauss.h"
 #include "integrators/medium_scatter.h"
 #include "integrators/path_stages.h"
 #include "integrators/whitted.h"
@@ -132,6 +133,22 @@ EMBRUN_FN Rgb trace_occlusion(const PathScene& scene, const DeviceIntersector& i
   return path.radiance;
 }
 
+/// The stages of Gauss's quadrature, where there are no media.
+EMBRUN_FN Rgb trace_gauss(const PathScene& scene, const DeviceIntersector& intersector, int x, int y,
+                          PathCounters& counters) {
+  PathState path = generate_path(scene, x, y, 0);
+  while (path.alive) {
+    SceneHit hit;
+    const bool found = intersector.intersect(path.ray, path.media, hit);
+    MediaState behind;
+    ShadowRay shadow;
+    if (advance_path(scene, intersector, path, found, hit, behind, counters) != Advance::scatters) continue;
+    if (scatter_by_rule(scene, path, hit, behind, shadow, counters))
+      add_scattered_light(scene, path, trace_shadow_ray(scene, intersector, shadow, counters));
+  }
+  return path.radiance;
+}
+
 }  // namespace
 
 __global__ void device_check(const PathScene* scene, const DeviceIntersector* intersector, Rgb* pixels,
@@ -143,6 +160,7 @@ __global__ void device_check(const PathScene* scene, const DeviceIntersector* in
     case IntegratorKind::path: pixels[i] = trace_path(*scene, *intersector, x, y, counters[i]); break;
     case IntegratorKind::whitted: pixels[i] = trace_whitted(*scene, *intersector, x, y, counters[i]); break;
     case IntegratorKind::ambient_occlusion: pixels[i] = trace_occlusion(*scene, *intersector, x, y, counters[i]); break;
+    case IntegratorKind::gauss: pixels[i] = trace_gauss(*scene, *intersector, x, y, counters[i]); break;
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "io/scene/reading.h"
 #include "io/text.h"
+#include "sampling/gauss_rule.h"
 
 namespace embrun {
 namespace {
@@ -180,8 +181,10 @@ void read_integrator(SceneReading& reading, const XmlElement& element) {
     description.kind = IntegratorKind::whitted;
   } else if (type == "ao") {
     description.kind = IntegratorKind::ambient_occlusion;
+  } else if (type == "gauss") {
+    description.kind = IntegratorKind::gauss;
   } else {
-    integrator.fail("this integrator is not supported: there are path, volpath, whitted, ao");
+    integrator.fail("this integrator is not supported: there are path, volpath, whitted, ao, gauss");
   }
   constexpr int unlimited = 65535;
   // Mitsuba counts the segments of a path, Embrun the scattering events between them.
@@ -191,14 +194,16 @@ void read_integrator(SceneReading& reading, const XmlElement& element) {
   description.roulette_depth = integrator.integer("rr_depth", 1, 1 << 30).value_or(5);
   description.max_refractions = integrator.integer("max_refractions", -1, 65535).value_or(-1);
   description.hide_emitters = integrator.flag("hide_emitters").value_or(false);
-  if (description.kind == IntegratorKind::path) {
+  if (description.kind == IntegratorKind::path)
     description.guide = integrator.flag("guide").value_or(true);
+  else
+    integrator.ignore("guide", "only the integrators path and volpath do that");
+  if (description.kind == IntegratorKind::path || description.kind == IntegratorKind::gauss)
     description.equiangular = integrator.flag("equiangular").value_or(true);
-  } else {
-    const char* why = "only the integrators path and volpath do that";
-    integrator.ignore("guide", why);
-    integrator.ignore("equiangular", why);
-  }
+  else
+    integrator.ignore("equiangular", "only the integrators path, volpath and gauss do that");
+  if (description.kind == IntegratorKind::gauss)
+    description.gauss_nodes = integrator.integer("nodes", 1, most_hemisphere_nodes).value_or(0);
   if (description.kind == IntegratorKind::ambient_occlusion) {
     const char* why = "ambient occlusion follows no light";
     description.occlusion_distance = integrator.number("distance", description.occlusion_distance);
