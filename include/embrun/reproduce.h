@@ -51,12 +51,13 @@ struct ReproduceSplatsOptions {
   std::string
       data;  ///< folder with the scans: bunny_35947.ply, igea_70658.ply; empty, or without them: the sphere alone
   bool quick = false;   ///< small pictures and short measurements, to see that it works
-  int threads = 0;      ///< of the builds; what is measured runs on one. 0: as many as the machine has
+  int threads = 0;      ///< of the builds and pictures; what is timed runs on one. 0: as many as the machine has
   std::string command;  ///< named in the document
 };
 
-/// Measures what finds the splats along a ray as chapter 2 of the thesis does, for its three clouds, and writes tables, plots
-/// and pictures beside the thesis's figures: FOLDER/splats.md. `rendered` counts clouds. Throws when a file cannot be read
+/// Measures what finds the splats along a ray as chapter 2 of the thesis does, for its three clouds, and how far Gauss's
+/// quadrature and path tracing are off in the box of its section 3.3; writes tables, plots and pictures beside the thesis's
+/// figures: FOLDER/splats.md. `rendered` counts clouds. Throws when a file cannot be read
 /// or written.
 ReproduceReport reproduce_splats(const ReproduceSplatsOptions& options, const ReproduceHooks& hooks = {});
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "embrun/reproduce.h"
@@ -14,6 +17,8 @@
 #include "particles/splat_cloud.h"
 #include "render/render_loop.h"
 #include "reproduction/output.h"
+#include "reproduction/quadrature.h"
+#include "reproduction/sphere_splats.h"
 
 namespace embrun {
 namespace {
@@ -65,43 +70,6 @@ SplatSearchChoice thesis_choice(int bits) {
   return {SplatSearchKind::thesis, (bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0};
 }
 
-/// The sphere that an icosahedron becomes whose triangles are divided into 256 each, with the thesis's radius for 2,562
-/// splats.
-std::vector<Splat> sphere_splats() {
-  // The points of the divided icosahedron, found by its edges' middles.
-  const float g = 0.5f * (1 + std::sqrt(5.0f));
-  std::vector<Vec3> corners;
-  for (const float a : {-1.0f, 1.0f})
-    for (const float b : {-g, g}) corners.insert(corners.end(), {Vec3{0, a, b}, Vec3{a, b, 0}, Vec3{b, 0, a}});
-  std::vector<Splat> splats;
-  const auto add = [&](Vec3 p) {
-    const Vec3 n = normalize(p);
-    for (const Splat& s : splats)
-      if (length_squared(s.center - n) < 1e-6f) return;
-    splats.push_back({n, 0.055f, n, {}});
-  };
-  // Four divisions by halves, each projected to the sphere, as the triangles of the usual icosphere are.
-  const auto divide = [&](const auto& self, Vec3 a, Vec3 b, Vec3 c, int depth) -> void {
-    if (depth == 0) {
-      add(a), add(b), add(c);
-      return;
-    }
-    const Vec3 ab = normalize(a + b), bc = normalize(b + c), ca = normalize(c + a);
-    self(self, a, ab, ca, depth - 1);
-    self(self, ab, b, bc, depth - 1);
-    self(self, ca, bc, c, depth - 1);
-    self(self, ab, bc, ca, depth - 1);
-  };
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    for (std::size_t j = i + 1; j < corners.size(); ++j)
-      for (std::size_t k = j + 1; k < corners.size(); ++k) {
-        const auto joined = [&](std::size_t a, std::size_t b) { return length(corners[a] - corners[b]) < 2.1f; };
-        if (joined(i, j) && joined(j, k) && joined(k, i))
-          divide(divide, normalize(corners[i]), normalize(corners[j]), normalize(corners[k]), 4);
-      }
-  return splats;
-}
-
 /// A scan's splats as users get them.
 std::vector<Splat> scan_splats(const std::string& path, bool& closed) {
   const SplatCloud cloud = make_splats(read_particles(path), {}, path);
@@ -126,13 +94,33 @@ class SplatRun {
   fs::path folder_;
   std::vector<CloudResult> results_;
   std::vector<std::string> missing_;
+  std::string quadrature_;  ///< the section of it
+
+  /// The clouds, and the comparison of quadrature and chance.
+  static constexpr int steps = static_cast<int>(std::size(clouds)) + 1;
 
   bool cancelled() const { return hooks_.render.cancel != nullptr && hooks_.render.cancel->load(); }
+  std::string scan_of(const ThesisCloud& cloud) const;
   bool measure(const ThesisCloud& cloud, int number);
+  bool compare_integrators();
   std::string table(const CloudResult& r) const;
   std::string document() const;
   void write_chart() const;
 };
+
+/// The file, or empty where there is none in the folder of the data.
+std::string SplatRun::scan_of(const ThesisCloud& cloud) const {
+  const fs::path path = fs::path(options_.data) / cloud.file;
+  return options_.data.empty() || !fs::exists(path) ? "" : path.string();
+}
+
+/// False: it was cancelled.
+bool SplatRun::compare_integrators() {
+  if (hooks_.step) hooks_.step("Gauss's quadrature beside path tracing", steps - 1, steps);
+  const std::optional<std::string> section = compare_quadrature(options_, scan_of(clouds[1]), hooks_);
+  quadrature_ = section.value_or("");
+  return section.has_value();
+}
 
 /// False: it was cancelled.
 bool SplatRun::measure(const ThesisCloud& cloud, int number) {
@@ -143,15 +131,15 @@ bool SplatRun::measure(const ThesisCloud& cloud, int number) {
     splats = sphere_splats();
     result.closed = true;
   } else {
-    const fs::path path = fs::path(options_.data) / cloud.file;
-    if (options_.data.empty() || !fs::exists(path)) {
+    const std::string scan = scan_of(cloud);
+    if (scan.empty()) {
       missing_.push_back(cloud.file);
       return true;
     }
-    splats = scan_splats(path.string(), result.closed);
+    splats = scan_splats(scan, result.closed);
   }
   const auto step = [&](const std::string& what) {
-    if (hooks_.step) hooks_.step(fmt::format("{}: {}", cloud.name, what), number, static_cast<int>(std::size(clouds)));
+    if (hooks_.step) hooks_.step(fmt::format("{}: {}", cloud.name, what), number, steps);
     return !cancelled();
   };
   const SplatBench bench(splats, result.closed, options_.quick ? 128 : 512);
@@ -273,7 +261,7 @@ std::string SplatRun::document() const {
         "(by more than 0.02) and take {2:.2f} % from its silhouette.\n\n",
         name, 100 * r.changed, 100 * r.removed);
   }
-  return text;
+  return text + quadrature_;
 }
 
 void SplatRun::write_chart() const {
@@ -304,8 +292,9 @@ ReproduceReport SplatRun::go() {
   if (!options_.data.empty() && !fs::is_directory(options_.data))
     throw Error(fmt::format("{}: there is no such folder of scans", options_.data));
   ReproduceReport report;
-  for (std::size_t i = 0; i < std::size(clouds); ++i) {
-    if (measure(clouds[i], static_cast<int>(i))) continue;
+  bool done = true;
+  for (std::size_t i = 0; i < std::size(clouds) && done; ++i) done = measure(clouds[i], static_cast<int>(i));
+  if (!done || !compare_integrators()) {
     report.cancelled = true;
     return report;
   }

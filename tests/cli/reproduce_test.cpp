@@ -168,6 +168,20 @@ TEST_F(Reproduce, SplatsWithoutTheScans) {
   EXPECT_GT(std::stod(table[12][5]), 5);
   for (const char* file : {"figure-29.svg", "figure-28-sphere.png", "figure-33c-sphere.png"})
     EXPECT_TRUE(fs::exists(folder / "splats" / file)) << file;
+  // Gauss's quadrature beside paths: every picture that the section names is there, and few nodes are wrong by themselves.
+  const std::string section = document.substr(document.find("## Section 3.3"));
+  const auto errors = table_below(section, "## Section 3.3");
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_EQ(keys_of(errors, 2), (Keys{{"16", "2 x 8"}, {"64", "4 x 16"}}));
+  EXPECT_GT(std::stod(errors[1][8]), 0.5);
+  EXPECT_NE(section.find("**Verdict:** "), std::string::npos);
+  std::size_t figures = 0;
+  for (std::size_t at = section.find("](quadrature-"); at != std::string::npos;
+       at = section.find("](quadrature-", at + 1), ++figures) {
+    const std::string file = section.substr(at + 2, section.find(')', at) - at - 2);
+    EXPECT_GT(fs::file_size(folder / "splats" / file), 100u) << file;
+  }
+  EXPECT_EQ(figures, 1u + 3u * 4u);
   EXPECT_EQ(run("reproduce splats --data nowhere -o none").exit_code, 1);
   EXPECT_EQ(run("reproduce splats -o ''").exit_code, 2);
 }
