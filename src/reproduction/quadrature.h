@@ -27,8 +27,9 @@ struct PictureErrors {
 PictureErrors product_errors(const Image& a, const Image& b, const Image& first, const Image& second);
 
 /// Renders the box by path tracing and by Gauss's quadrature, writes pictures into the folder, and says which errs by how much
-/// beside what the thesis says of its attempt [Beddiaf2018], section 3.3: a section in Markdown. With the bunny of that scan, or
-/// with the sphere of splats where `scan` is empty. None when it was cancelled.
+/// beside what the thesis says of its attempt [Beddiaf2018], section 3.3: a section in Markdown. With the bunny of that scan,
+/// or with the sphere of splats where `scan` is empty. None when it was cancelled. Throws Error where a file cannot be read or
+/// written.
 std::optional<std::string> compare_quadrature(const ReproduceSplatsOptions& options, const std::string& scan,
                                               const ReproduceHooks& hooks);
 
