@@ -145,7 +145,9 @@ EMBRUN_FN std::uint32_t children_to_visit(const SplatNode& node, const BoxRay& r
 
 template <bool by_level, class Query, class Visit>
 EMBRUN_FN void SplatTreeView::search(Query& query, const Visit& visit) const {
-  if (node_count == 0) return;
+  // Of a ray that is no ray (files of splats may hold anything, and short rays start from what is met) nothing can be told, and
+  // boxes of no child would be met by it.
+  if (node_count == 0 || !is_finite(query.ray().origin) || !is_finite(query.ray().direction)) return;
   // Eight children at each of at most 36 levels: see build_splat_tree().
   struct Pending {
     float enter;

@@ -87,6 +87,15 @@ void check_tail(const SplatFileTail& tail, std::size_t size, std::string_view na
   if (!(tail.median_radius > 0) || !is_finite(tail.median_radius)) fail(name, at, "radius", "it is not positive");
 }
 
+/// True where a child that there is not has the box that no ray meets. Others might be met all the same, as searches look at
+/// all three axes and in any order.
+bool is_empty_box(const SplatNode& node, std::uint32_t i) {
+  const Box3 empty;
+  for (int axis = 0; axis < 3; ++axis)
+    if (node.face[axis][0][i] != empty.low[axis] || node.face[axis][1][i] != empty.high[axis]) return false;
+  return true;
+}
+
 /// Follows every link once: each must lead to an earlier node or to a block, none to where another led, and no way be longer
 /// than the search has room for.
 void check_links(const SplatHierarchy& splats, std::uint64_t offset, std::string_view name) {
@@ -97,7 +106,12 @@ void check_links(const SplatHierarchy& splats, std::uint64_t offset, std::string
     const SplatNode& node = splats.nodes[n];
     int below = 0;
     for (std::uint32_t i = 0; i < splat_tree_width; ++i) {
-      if (!has_child(node, i)) continue;
+      if (!has_child(node, i)) {
+        if (!is_empty_box(node, i))
+          fail(name, offset + n * sizeof(SplatNode), fmt::format("node {}", n),
+               fmt::format("the box of child {} is neither one nor empty", i));
+        continue;
+      }
       const bool leaf = (node.child[i] & splat_leaf) != 0;
       const std::uint32_t child = node.child[i] & ~splat_leaf;
       const auto refuse = [&](const char* why) {

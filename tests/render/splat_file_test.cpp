@@ -348,6 +348,26 @@ TEST(SplatFile, LinksThatLeadAstrayAreRefused) {
   EXPECT_TRUE(refused(root, 0, splats.splat_blocks | splat_leaf));  // beyond the blocks
 }
 
+TEST(SplatFile, BoxesOfNoChildAreEmpty) {
+  // A box that is inside out along one axis alone holds no child, yet a search may come by what it is linked to.
+  const Built built = build(sphere_points(3), 100);
+  FileBytes file(built.bytes);
+  SplatHierarchy splats = file.view();
+  auto* nodes = const_cast<SplatNode*>(splats.nodes);
+  std::uint32_t node = 0, lane = 0;
+  for (std::uint32_t n = 0; n < splats.node_count; ++n)
+    for (std::uint32_t i = 0; i < splat_tree_width; ++i)
+      if (!has_child(nodes[n], i)) node = n, lane = i;
+  ASSERT_FALSE(has_child(nodes[node], lane));
+  for (int axis = 0; axis < 3; ++axis) {
+    nodes[node].face[axis][0][lane] = axis == 0 ? 1.0f : -1.0f;
+    nodes[node].face[axis][1][lane] = axis == 0 ? -1.0f : 1.0f;
+  }
+  EXPECT_THROW(file.view(), Error);
+  nodes[node].face[0][0][lane] = std::nanf("");
+  EXPECT_THROW(file.view(), Error);
+}
+
 TEST(SplatFile, WhatIsNoneIsToldSo) {
   const std::string path = ::testing::TempDir() + "/embrun_none_" + std::to_string(::getpid()) + ".splats";
   std::ofstream(path) << "ply\n";
