@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
+#include "geometry/splat_set.h"
 #include "geometry/splat_tree.h"
-#include "math/rgb.h"
 
 namespace embrun {
 
@@ -20,6 +20,15 @@ struct SplatHierarchy {
   float median_radius = 0;
   bool closed = false;  ///< the splats bound a body
 
+  SplatSet set() const {
+    SplatSet view;
+    view.blocks = blocks;
+    view.block_count = splat_blocks + node_count;
+    view.colors = colors;
+    view.closed = closed;
+    view.bounds = bounds;
+    return view;
+  }
   SplatTreeView tree(float detail) const {
     SplatTreeView view;
     view.nodes = nodes;

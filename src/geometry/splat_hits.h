@@ -185,72 +185,72 @@ class SplatFollower {
   bool front_ = false;
 };
 
+/// A short look round from where a ray met something: whether any splat of the kind that is looked for is met.
+class SplatProbe {
+ public:
+  EMBRUN_FN const Ray& ray() const { return ray_; }
+  EMBRUN_FN float near() const { return 0.0f; }
+  EMBRUN_FN float limit() const { return found_ ? 0.0f : length_; }
+  EMBRUN_FN bool found() const { return found_; }
+
+ protected:
+  Ray ray_;
+  float length_ = 0;
+  bool found_ = false;
+
+  /// For levels of detail its footprint is that of `seen_by` at t.
+  EMBRUN_FN SplatProbe(const Ray& seen_by, float t) : ray_(seen_by) {
+    ray_.cone_width += seen_by.cone_spread * t;
+    ray_.cone_spread = 0.0f;
+  }
+
+  /// True when a splat is met on the way, from its front.
+  EMBRUN_FN bool meets_front(const Splat& splat, SplatMeeting& meeting) const {
+    return meet_splat(splat, ray_, meeting) && meeting.along < 0.0f && meeting.t > 0.0f && meeting.t < length_;
+  }
+};
+
 /// Finds whether a place on a splat lies beyond an edge of the surface: whether on the way from there to the splat's centre,
 /// which is on the surface, another splat that forms no hollow with this one is passed from its front, and lies further
 /// behind than those of one smooth sheet do (see splat_sheet_depth).
-class SplatEdge {
+class SplatEdge : public SplatProbe {
  public:
   /// The place is the ray's at t, in the splat's plane.
-  EMBRUN_FN SplatEdge(const Splat& splat, const Ray& ray, float t) : splat_(splat), ray_(ray) {
+  EMBRUN_FN SplatEdge(const Splat& splat, const Ray& ray, float t) : SplatProbe(ray, t), splat_(splat) {
     ray_.origin = ray.at(t);
     const Vec3 to_center = splat.center - ray_.origin;
     length_ = length(to_center);
     ray_.direction = length_ > 0.0f ? to_center / length_ : splat.normal;
-    ray_.cone_width += ray.cone_spread * t;
-    ray_.cone_spread = 0.0f;
   }
-
-  EMBRUN_FN const Ray& ray() const { return ray_; }
-  EMBRUN_FN float near() const { return 0.0f; }
-  EMBRUN_FN float limit() const { return found_ ? 0.0f : length_; }
 
   EMBRUN_FN void consider(const Splat& splat, std::uint32_t) {
     SplatMeeting meeting;
-    if (!meet_splat(splat, ray_, meeting) || !(meeting.along < 0.0f && meeting.t < length_)) return;
-    const bool edge = -meeting.along * meeting.t > splat_sheet_depth * splat.radius;
-    found_ = found_ || (edge && !form_hollow(splat_, splat, 1.0f));
+    found_ = found_ || (meets_front(splat, meeting) && -meeting.along * meeting.t > splat_sheet_depth * splat.radius &&
+                        !form_hollow(splat_, splat, 1.0f));
   }
-
-  EMBRUN_FN bool found() const { return found_; }
 
  private:
   const Splat& splat_;
-  Ray ray_;
-  float length_ = 0;
-  bool found_ = false;
 };
 
 /// Finds whether a front lies beside a ray that meets a splat from behind: within a radius of the last three before they
 /// meet, and the next. Rays on four sides look for it, one after the other.
-class SplatBeside {
+class SplatBeside : public SplatProbe {
  public:
   static constexpr int sides = 4;
 
   /// They meet at t.
-  EMBRUN_FN SplatBeside(float radius, const Ray& ray, float t, int side) : reach_(4.0f * radius), ray_(ray) {
+  EMBRUN_FN SplatBeside(float radius, const Ray& ray, float t, int side) : SplatProbe(ray, t) {
     const Frame frame(ray.direction);
     const Vec3 aside = (side & 1) != 0 ? frame.s : frame.t;
     ray_.origin = ray.at(t - 3.0f * radius) + ((side & 2) != 0 ? radius : -radius) * aside;
-    ray_.cone_width += ray.cone_spread * t;
-    ray_.cone_spread = 0.0f;
+    length_ = 4.0f * radius;
   }
-
-  EMBRUN_FN const Ray& ray() const { return ray_; }
-  EMBRUN_FN float near() const { return 0.0f; }
-  EMBRUN_FN float limit() const { return found_ ? 0.0f : reach_; }
 
   EMBRUN_FN void consider(const Splat& splat, std::uint32_t) {
     SplatMeeting meeting;
-    if (!meet_splat(splat, ray_, meeting)) return;
-    found_ = found_ || (meeting.along < 0.0f && meeting.t > 0.0f && meeting.t < reach_);
+    found_ = found_ || meets_front(splat, meeting);
   }
-
-  EMBRUN_FN bool found() const { return found_; }
-
- private:
-  float reach_;
-  Ray ray_;
-  bool found_ = false;
 };
 
 }  // namespace embrun

@@ -33,9 +33,10 @@ inline constexpr float splat_edge_slant = 0.35f;
 enum class SplatRules : std::uint8_t { resolve, first_hit };
 
 /// The near phase: which of the group's splats is the surface, and the normal and colour that the group has there.
-/// `over_edge`: see comes_over_an_edge().
+/// over_edge(): see comes_over_an_edge(); asked only where it matters.
+template <class OverEdge>
 EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const SplatHits& hits, SplatRules rules,
-                                    bool over_edge, SurfaceHit& hit) {
+                                    const OverEdge& over_edge, SurfaceHit& hit) {
   const SplatHits::Hit& first = hits.member(0);
   const bool entering = first.meeting.along < 0.0f;
   const float sign = entering ? 1.0f : -1.0f;
@@ -68,7 +69,8 @@ EMBRUN_LOCAL_FN void fill_splat_hit(const SplatSet& set, const Ray& ray, const S
   // the surface's edge, which is lit from outside, and not for its inside, which is dark; and so are those that a ray came
   // to over a sharp edge.
   const float slant = dot(ray.direction, hit.shading_normal);
-  if (over_edge || (!set.closed && rules == SplatRules::resolve && slant > 0.0f && slant < splat_edge_slant)) {
+  const bool resolves_edges = !set.closed && rules == SplatRules::resolve;
+  if (resolves_edges && ((slant > 0.0f && slant < splat_edge_slant) || (!entering && over_edge()))) {
     if (slant > 0.0f) hit.shading_normal = normalize(hit.shading_normal - (slant + 0.02f) * ray.direction);
     hit.entering = true;
   }
@@ -169,7 +171,7 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
   for (;;) {
     search(hits);
     if (!hits.has_group()) return false;
-    bool surface = true, over_edge = false;
+    bool surface = true;
     if (view.closed) {
       const float sign = inside ? -1.0f : 1.0f;
       if (const SplatHits::Hit* next = hits.follower(); next != nullptr) {
@@ -183,10 +185,10 @@ EMBRUN_LOCAL_FN bool intersect_splats(const SplatSet& set, const Search& search,
       }
     } else if (rules == SplatRules::resolve && hits.member(0).meeting.along > 0.0f) {
       surface = !beyond_an_edge(set, search, near, hits);
-      over_edge = surface && comes_over_an_edge(set, search, near, hits);
     }
     if (surface) {
       SurfaceHit met;
+      const auto over_edge = [&] { return comes_over_an_edge(set, search, near, hits); };
       fill_splat_hit(set, near, hits, rules, over_edge, met);
       met.t += skipped;
       // The first of the group is in the ray's extent; the one that is the surface may lie behind its end.

@@ -74,13 +74,14 @@ class PlyStream : public PointStream {
   ParticleSet next() override {
     std::size_t dropped = 0;
     while (done_ < layout_.count) {
+      const std::uint64_t before = done_;
       const std::vector<char> piece = next_piece();
       try {
         ParticleSet points = read_ply_particles(std::as_bytes(std::span(piece)), name_);
         points.dropped_non_finite += dropped;
         return points;
       } catch (const NoParticles&) {
-        dropped += last_count_;
+        dropped += static_cast<std::size_t>(done_ - before);
       }
     }
     ParticleSet none;
@@ -98,13 +99,12 @@ class PlyStream : public PointStream {
   PlyLayout layout_;
   std::string name_;
   std::uint64_t done_ = 0;
-  std::size_t last_count_ = 0;
 
   /// The next stretch, with a header.
   std::vector<char> next_piece() {
-    last_count_ = static_cast<std::size_t>(std::min(points_at_a_time, layout_.count - done_));
-    const std::string header = layout_.before + std::to_string(last_count_) + layout_.after;
-    const std::size_t bytes = last_count_ * static_cast<std::size_t>(layout_.record);
+    const std::uint64_t count = std::min(points_at_a_time, layout_.count - done_);
+    const std::string header = layout_.before + std::to_string(count) + layout_.after;
+    const auto bytes = static_cast<std::size_t>(count * layout_.record);
     const std::uint64_t offset = layout_.offset + done_ * layout_.record;
     std::vector<char> piece(header.begin(), header.end());
     piece.resize(header.size() + bytes);
@@ -113,7 +113,7 @@ class PlyStream : public PointStream {
     if (!file_)
       throw Error(
           fmt::format("{}: offset {}: element 'vertex': cannot be read, or the file became shorter", name_, offset));
-    done_ += last_count_;
+    done_ += count;
     return piece;
   }
 };

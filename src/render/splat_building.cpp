@@ -40,14 +40,16 @@ Survey survey_of(PointStream& stream, const BuildProgress& progress) {
   constexpr std::uint64_t sample_size = 20000;
   const std::uint64_t step = stream.count() / sample_size + 1;
   std::vector<double> x, y, z;
-  for (ParticleSet piece = stream.next(); piece.size() > 0; piece = stream.next()) {
+  for (;;) {
+    const ParticleSet piece = stream.next();
+    survey.dropped += piece.dropped_non_finite;
+    if (piece.size() == 0) break;
     for (const Vec3d& p : piece.positions) {
       survey.low = min_of(survey.low, p);
       survey.high = max_of(survey.high, p);
       if (survey.points++ % step != 0) continue;
       x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
     }
-    survey.dropped += piece.dropped_non_finite;
     const std::vector<Vec3> normals = normals_of_points(piece);
     survey.without_normal +=
         normals.empty() ? piece.size() : static_cast<std::uint64_t>(std::count(normals.begin(), normals.end(), Vec3{}));

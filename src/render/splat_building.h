@@ -30,8 +30,8 @@ using BuildProgress = std::function<void(const char* stage, double fraction)>;
 
 /// Reads the stream twice, sorts its points along a curve and writes splats brick after brick. The same bytes whatever
 /// the memory and the number of threads. `name` is what messages call the cloud. Normals are those of the file, turned to
-/// the sensor if there is one; radii those of the options or the file, else the least that leave no hole, each brick with so much of its
-/// neighbours as it takes. Throws Error where there are no normals, or nothing that makes a splat.
+/// the sensor if there is one; radii those of the options or the file, else the least that leave no hole, each brick with so
+/// much of its neighbours as it takes. Throws Error where there are no normals, or nothing that makes a splat.
 SplatBuildReport write_splats_of(PointStream& stream, const SplatBuildOptions& options, const std::string& name,
                                  const ByteSink& sink, const BuildProgress& progress);
 

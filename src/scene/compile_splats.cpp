@@ -78,11 +78,7 @@ SplatGeometry splat_geometry(const SplatArrays& arrays, bool closed, CloudSurfac
 SplatGeometry splat_geometry(const SplatHierarchy& hierarchy, float detail) {
   SplatGeometry geometry;
   geometry.tree = hierarchy.tree(detail);
-  geometry.set.blocks = hierarchy.blocks;
-  geometry.set.block_count = hierarchy.splat_blocks + hierarchy.node_count;
-  geometry.set.colors = hierarchy.colors;
-  geometry.set.closed = hierarchy.closed;
-  geometry.set.bounds = hierarchy.bounds;
+  geometry.set = hierarchy.set();
   return geometry;
 }
 

@@ -3,18 +3,13 @@
 #include <new>
 
 #include "fuzz_reader.h"
-#include "geometry/splat_set.h"
 #include "io/splat_file.h"
 
 namespace embrun {
 
 /// Found by the type of its argument. Rays leave neither the arrays nor go on for ever.
 inline void check(const SplatHierarchy& splats) {
-  SplatSet set;
-  set.blocks = splats.blocks;
-  set.block_count = splats.splat_blocks + splats.node_count;
-  set.colors = splats.colors;
-  set.bounds = splats.bounds;
+  SplatSet set = splats.set();
   for (const bool closed : {false, true})
     for (const float width : {0.0f, 1.0f}) {
       set.closed = closed;

@@ -58,15 +58,7 @@ TEST(Gauss, AFurnaceHasNoNoise) {
 // Walls all round that shine with 1 and reflect rho: 1 + rho + rho^2 + rho^3 for three events.
 TEST(Gauss, AFurnaceOfManyBouncesHasNoNoise) {
   SceneDescription scene = scene_seen({0.1, 0.2, 0.3}, {-0.3, -0.1, -1}, 60, 4, 1);
-  scene.environment.kind = EnvironmentDescription::Kind::none;
-  const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-  const auto wall = [&](Vec3d center, Vec3d u, Vec3d v) {
-    PatchDescription p = patch(center, u, v, 1, diffuse_material(grey(0.6f)));
-    p.radiance = grey(1);
-    scene.patches.push_back(p);
-  };
-  wall(x, z, y), wall(Vec3d{-1, 0, 0}, y, z), wall(y, x, z), wall(Vec3d{0, -1, 0}, z, x), wall(z, y, x),
-      wall(Vec3d{0, 0, -1}, x, y);
+  shut_in_shining_walls(scene, 0.6f);
   scene.integrator.max_depth = 3;
   const double expected = 1 + albedo + albedo * albedo + albedo * albedo * albedo;
   const Measured m = render_and_measure(by_gauss(scene, 64), LightStrategy::bsdf_only);

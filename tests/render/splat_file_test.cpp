@@ -86,12 +86,8 @@ Built build(const ParticleSet& points, std::size_t brick = 500) {
 }
 
 SplatSet set_of(const SplatHierarchy& splats, bool closed) {
-  SplatSet set;
-  set.blocks = splats.blocks;
-  set.block_count = splats.splat_blocks + splats.node_count;
-  set.colors = splats.colors;
+  SplatSet set = splats.set();
   set.closed = closed;
-  set.bounds = splats.bounds;
   return set;
 }
 
@@ -240,6 +236,31 @@ TEST(SplatFile, DuplicatesAreLeftOut) {
   }
   EXPECT_EQ(build(points).report.splats, count);
   EXPECT_EQ(build(points).report.duplicates, 100u);
+}
+
+/// Some points, then a piece of which nothing was left.
+class DroppingStream : public PointStream {
+ public:
+  explicit DroppingStream(ParticleSet points) : points_(std::move(points)) {}
+  std::uint64_t count() const override { return points_.size() + 7; }
+  ParticleSet next() override {
+    ParticleSet piece;
+    if (turn_ == 0) piece = points_;
+    if (turn_++ == 1) piece.dropped_non_finite = 7;
+    return piece;
+  }
+  void rewind() override { turn_ = 0; }
+
+ private:
+  ParticleSet points_;
+  int turn_ = 0;
+};
+
+TEST(SplatFile, PointsThatAreDroppedInTheEndCount) {
+  DroppingStream stream(sphere_points(3));
+  const Built built = build(stream, {});
+  EXPECT_EQ(built.report.dropped, 7u);
+  EXPECT_EQ(built.report.points, 642u);
 }
 
 TEST(SplatFile, NormalsAreAskedFor) {

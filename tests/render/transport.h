@@ -76,6 +76,20 @@ inline PatchDescription patch(Vec3d center, Vec3d axis_u, Vec3d axis_v, double h
   return p;
 }
 
+/// Walls all round the middle, 1 m away, that shine with 1 and reflect `reflectance`, and no other light.
+inline void shut_in_shining_walls(SceneDescription& scene, float reflectance) {
+  scene.environment.kind = EnvironmentDescription::Kind::none;
+  const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  const auto wall = [&](Vec3d center, Vec3d u, Vec3d v) {
+    PatchDescription p = patch(center, u, v, 1, diffuse_material(grey(reflectance)));
+    p.radiance = grey(1);
+    scene.patches.push_back(p);
+  };
+  // The normals, u x v, look inwards.
+  wall(x, z, y), wall(Vec3d{-1, 0, 0}, y, z), wall(y, x, z), wall(Vec3d{0, -1, 0}, z, x), wall(z, y, x),
+      wall(Vec3d{0, 0, -1}, x, y);
+}
+
 inline BoxDescription box(Vec3d low, Vec3d high, MaterialDescription material) { return {{low, high}, material}; }
 
 inline BallsDescription balls(std::vector<BallDescription> list, MaterialDescription material) {

@@ -114,16 +114,7 @@ TEST(Whitted, SlabsLetThroughWhatFresnelSays) {
 // first bounce that is left out is rho^2.
 TEST(Whitted, LeavesOutLightFromBounceToBounce) {
   SceneDescription scene = scene_seen({0.1, 0.2, 0.3}, {-0.3, -0.1, -1}, 60, 4, 4000);
-  scene.environment.kind = EnvironmentDescription::Kind::none;
-  const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-  const auto wall = [&](Vec3d center, Vec3d u, Vec3d v) {
-    PatchDescription p = patch(center, u, v, 1, diffuse_material(grey(0.6f)));
-    p.radiance = grey(1);
-    scene.patches.push_back(p);
-  };
-  // The normals, u x v, look inwards.
-  wall(x, z, y), wall(Vec3d{-1, 0, 0}, y, z), wall(y, x, z), wall(Vec3d{0, -1, 0}, z, x), wall(z, y, x),
-      wall(Vec3d{0, 0, -1}, x, y);
+  shut_in_shining_walls(scene, 0.6f);
   scene.integrator.kind = IntegratorKind::whitted;
   const Measured whitted = render_and_measure(scene);
   EXPECT_NEAR(whitted.mean, 1 + albedo, 4 * whitted.standard_error);
