@@ -178,7 +178,13 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
   if (here.g > 0 && here.g > 1.01 * change) return false;
   // From outside the other branch may be the nearer one; its slope is unknown, so only the sampling below decides.
   if (here.g < 0 && here.g < -1.01 * change && here.other < -20 * change - 0.05) return false;
-  // Along the gradient first, at shrinking distances: the body may be smaller than the tolerance.
+  // Along the gradient first, just beyond where the nearer branch has its zero by its slope: what is there may be far
+  // thinner than the tolerance, such as the air in a crease between the two branches. Then at shrinking distances: the
+  // body may be smaller than the tolerance.
+  for (const double beyond : {1.01, 1.05, 1.1, 1.25, 1.5}) {
+    const double distance = beyond * std::abs(here.g) / steepness;
+    if (distance <= tolerance && other_side(here.gradient * ((here.g > 0 ? -1 : 1) * distance / steepness))) return true;
+  }
   for (int halvings = 0; steepness > 0 && halvings < 12; ++halvings) {
     if (other_side(here.gradient * ((here.g > 0 ? -1 : 1) * std::ldexp(tolerance, -halvings) / steepness))) return true;
   }

@@ -122,6 +122,18 @@ TEST(Oracle, AcceptsWhatIsRight) {
             Verdict::right);
 }
 
+TEST(Oracle, FindsAirThatIsThinnerThanTheTolerance) {
+  // Two balls of radius 1, one of each branch, 1e-4 apart where they are nearest: a hit of the first, 3e-4 early, is within
+  // the tolerance of the air between them, and one 1.5e-3 early is not.
+  const Surface balls(Kernel::metaball,
+                      {{{0, 0, 0}, 2, 1, 1 / 0.375, false}, {{2 + 1e-4, 0, 0}, 2, 1, 1 / 0.375, true}});
+  const Ray ray{{0.5, 0, 0}, {1, 0, 0}};
+  EXPECT_TRUE(balls.surface_within({1 - 3e-4, 0, 0}, 1e-3));
+  EXPECT_FALSE(balls.surface_within({1 - 1.5e-3, 0, 0}, 1e-3));
+  EXPECT_EQ(judge(balls, ray, Start::inside, answer_at(ray, 0.5 - 3e-4, false), 1e-3).verdict, Verdict::right);
+  EXPECT_EQ(judge(balls, ray, Start::inside, answer_at(ray, 0.5 - 1.5e-3, false), 1e-3).verdict, Verdict::early);
+}
+
 TEST(Oracle, CatchesWhatIsWrong) {
   const Ray through{{-5, 0, 0}, {1, 0, 0}};
   const auto judged = [&](const Answer& answer) {
