@@ -208,6 +208,8 @@ struct RenderReport {
   double surface_bytes = 0;      ///< of the surface alone
   // Seconds.
   double read_seconds = 0, build_seconds = 0, render_seconds = 0, write_seconds = 0, cpu_seconds = 0;
+  /// Of the processor, all threads of the process together: other work on the machine hardly changes them.
+  double build_cpu_seconds = 0, render_cpu_seconds = 0;
   /// Parts of build_seconds: meshes of fluids; what is in those on grids; the trees that rays find meshes and balls with.
   double mesh_seconds = 0, grid_seconds = 0, tree_seconds = 0;
   std::uint64_t grid_cells = 0;

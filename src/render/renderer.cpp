@@ -187,6 +187,7 @@ struct Renderer::State {
                   const RenderHooks& hooks);
   void build_splats(const std::string& path, const RenderHooks& hooks);
   void start(const SceneDescription& description, const RenderHooks& hooks);
+  void built(const Stopwatch& watch, const RenderHooks& hooks);
   void record_surface();
   void record_view(const SceneDescription& description);
   void record_choices(const MeasuredParticles& measured, const SceneDescription& description);
@@ -234,7 +235,13 @@ void Renderer::State::read_scene_file(const SceneInput& input, const RenderHooks
     report.radius_source = "scene";
     report.spacing = file.scene.fluids.front().surface.spacing;
   }
-  report.build_seconds = building.seconds();
+  built(building, hooks);
+}
+
+/// Building has taken what `watch` says.
+void Renderer::State::built(const Stopwatch& watch, const RenderHooks& hooks) {
+  report.build_seconds = watch.seconds();
+  report.build_cpu_seconds = watch.cpu_seconds();
   tell(hooks, "building", 1, report.build_seconds);
 }
 
@@ -313,8 +320,7 @@ void Renderer::State::build(ParticleSet particles, const std::string& name, cons
   SceneDescription description = make_scene(measured, options, report.notes);
   start(description, hooks);
   record_choices(measured, description);
-  report.build_seconds = watch.seconds();
-  tell(hooks, "building", 1, report.build_seconds);
+  built(watch, hooks);
 }
 
 void Renderer::State::build_scan(ParticleSet particles, const CloudVerdict& verdict, const std::string& name,
@@ -339,8 +345,7 @@ void Renderer::State::build_scan(ParticleSet particles, const CloudVerdict& verd
   const SceneDescription description = make_cloud_scene(cloud, options, name, report.notes);
   start(description, hooks);
   record_view(description);
-  report.build_seconds = watch.seconds();
-  tell(hooks, "building", 1, report.build_seconds);
+  built(watch, hooks);
 }
 
 /// A file of splats, which is mapped.
@@ -358,8 +363,7 @@ void Renderer::State::build_splats(const std::string& path, const RenderHooks& h
   const SceneDescription description = make_splat_file_scene(splats, options, path, report.notes);
   start(description, hooks);
   record_view(description);
-  report.build_seconds = watch.seconds();
-  tell(hooks, "building", 1, report.build_seconds);
+  built(watch, hooks);
 }
 
 /// Camera and floor, and the flags that pin them.
@@ -458,6 +462,7 @@ bool Renderer::add_samples(int count, const RenderHooks& hooks) {
   s.next_sample += static_cast<std::uint32_t>(count);
   s.report.cancelled = s.report.cancelled || counts.cancelled;
   s.report.render_seconds += watch.seconds();
+  s.report.render_cpu_seconds += watch.cpu_seconds();
   return !counts.cancelled;
 }
 

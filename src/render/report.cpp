@@ -80,9 +80,17 @@ std::string to_json(const RenderReport& r) {
                      {"instruction_set", r.instruction_set},
                      {"peak_memory_bytes", std::llround(r.peak_memory_bytes)},
                      {"surface_bytes", std::llround(r.surface_bytes)}};
-  json["seconds"] = {{"read", r.read_seconds},    {"build", r.build_seconds},  {"render", r.render_seconds},
-                     {"write", r.write_seconds},  {"total", total_seconds(r)}, {"cpu", r.cpu_seconds},
-                     {"meshing", r.mesh_seconds}, {"grid", r.grid_seconds},    {"tree", r.tree_seconds}};
+  json["seconds"] = {{"read", r.read_seconds},
+                     {"build", r.build_seconds},
+                     {"render", r.render_seconds},
+                     {"write", r.write_seconds},
+                     {"total", total_seconds(r)},
+                     {"cpu", r.cpu_seconds},
+                     {"meshing", r.mesh_seconds},
+                     {"grid", r.grid_seconds},
+                     {"tree", r.tree_seconds},
+                     {"build_cpu", r.build_cpu_seconds},
+                     {"render_cpu", r.render_cpu_seconds}};
   json["mesh"] = {{"vertices", r.mesh_vertices}, {"triangles", r.mesh_triangles}, {"grid_cells", r.grid_cells}};
   if (!r.scan.empty()) json["scan"] = r.scan;
   json["particles"] = {{"count", r.particles},

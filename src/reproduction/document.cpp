@@ -80,7 +80,8 @@ std::string introduction(const Findings& f, const ReproduceOptions& o) {
       "- Light and extinction are not told by it: here the default sky over a plain floor, and 8 per metre with an "
       "albedo of "
       "0.99 for the volume, each particle by its own density.\n\n"
-      "Times are seconds on the clock. *Build* is all before the first ray: spacing, lost particles, surface or mesh, "
+      "Times are seconds of the processor, all threads together, which other work on the machine hardly changes. "
+      "*Build* is all before the first ray: spacing, lost particles, surface or mesh, "
       "grid and "
       "tree. Each picture is the mean of two halves with seeds of their own, no two pictures share a seed, and MSE is "
       "of "
@@ -128,12 +129,12 @@ std::string table_3(const Findings& f) {
       "## Table 3: surface and volume\n\nn = 3, all refractions; the mesh holds a grid of cells of R0/2, tracked by "
       "local "
       "majorants.\n\n";
-  text += table_head(joined({{"view"}, time_columns, {"of it grid", "cells"}, thesis_columns}));
+  text += table_head(joined({{"view"}, time_columns, {"cells"}, thesis_columns}));
   for (const int view : {1, 2}) {
     const RowResult& r = find_row(f, {view, 3, -1, true, false});
     text += table_row(joined({{std::to_string(view)},
                               time_cells(r),
-                              {seconds(r.mesh.grid_seconds), std::to_string(r.mesh.grid_cells)},
+                              {std::to_string(r.mesh.grid_cells)},
                               thesis_cells(view == 2 ? thesis::table_3_direct : 0, thesis::table_3_mesh)}));
   }
   return text + "\n";

@@ -23,9 +23,6 @@ Json to_json(const PictureResult& r) {
           {"samples", r.samples},
           {"threads", r.threads},
           {"build_seconds", r.build_seconds},
-          {"mesh_seconds", r.mesh_seconds},
-          {"grid_seconds", r.grid_seconds},
-          {"tree_seconds", r.tree_seconds},
           {"render_seconds", r.render_seconds},
           {"surface_bytes", r.surface_bytes},
           {"triangles", r.triangles},
@@ -48,9 +45,6 @@ PictureResult from_json(const Json& j) {
   j.at("samples").get_to(r.samples);
   j.at("threads").get_to(r.threads);
   j.at("build_seconds").get_to(r.build_seconds);
-  j.at("mesh_seconds").get_to(r.mesh_seconds);
-  j.at("grid_seconds").get_to(r.grid_seconds);
-  j.at("tree_seconds").get_to(r.tree_seconds);
   j.at("render_seconds").get_to(r.render_seconds);
   j.at("surface_bytes").get_to(r.surface_bytes);
   j.at("triangles").get_to(r.triangles);
@@ -102,13 +96,8 @@ void add_half(PictureResult& r, const RenderReport& report, int half) {
   r.height = report.height;
   r.samples += report.samples;
   r.threads = report.threads;
-  if (half == 1 || report.build_seconds < r.build_seconds) {
-    r.build_seconds = report.build_seconds;
-    r.mesh_seconds = report.mesh_seconds;
-    r.grid_seconds = report.grid_seconds;
-    r.tree_seconds = report.tree_seconds;
-  }
-  r.render_seconds += report.render_seconds;
+  if (half == 1 || report.build_cpu_seconds < r.build_seconds) r.build_seconds = report.build_cpu_seconds;
+  r.render_seconds += report.render_cpu_seconds;
   r.surface_bytes = report.surface_bytes;
   r.triangles = report.mesh_triangles;
   r.grid_cells = report.grid_cells;

@@ -9,13 +9,12 @@
 
 namespace embrun {
 
-/// What making a picture took. Seconds are of the clock on the wall.
+/// What making a picture took. Seconds are of the processor, all threads together.
 struct PictureResult {
   std::string name, flags;
   int width = 0, height = 0, samples = 0, threads = 0;
   double build_seconds = 0;  ///< all that is done before the first ray; the less of two times
-  double mesh_seconds = 0, grid_seconds = 0, tree_seconds = 0;  ///< parts of it
-  double render_seconds = 0;                                    ///< of all samples
+  double render_seconds = 0;  ///< of all samples
   double surface_bytes = 0;
   std::uint64_t triangles = 0, grid_cells = 0;
   std::uint64_t contradictions = 0, bad_samples = 0;
