@@ -423,10 +423,11 @@ void add_render_command(CLI::App& program, const std::string& command_line, int&
   add_cloud_options(*render, arguments->options.cloud, arguments->sensor);
   add_cloud_surface_options(*render, arguments->options);
   render
-      ->add_option("--lod", arguments->options.lod,
-                   "pixels: one splat stands for all those of a part of the cloud that looks smaller. 0: off")
-      ->default_str("1 for files of splats, else off")
-      ->group("Scans: points of surfaces");
+      ->add_option(
+          "--lod", arguments->options.lod,
+          "level of detail, pixels: one splat stands for all those of a part of a cloud that looks smaller; of a\n"
+          "fluid of which twice the spacing of the particles looks smaller, a coarse surface is rendered. 0: off")
+      ->default_str("1 for files of splats, else off");
   add_scene_options(*render, *arguments);
   add_inside_options(*render, *arguments);
   add_kind_options(*render, *arguments);

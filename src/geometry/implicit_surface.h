@@ -118,8 +118,9 @@ class ImplicitSurface {
 /// Builds the surface of the particles (method section 1).
 /// `positions`: scene coordinates in metres, finite, at least one. `radii`: empty (all settings.radius) or one
 /// positive finite radius a particle. The result does not depend on the number of threads.
+/// `domain`: of how many particles these are some, if not all, so that the grid may have as many cells as for those.
 /// Throws Error when the particles or settings cannot make a surface.
 ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::span<const float> radii,
-                                       const SurfaceSettings& settings);
+                                       const SurfaceSettings& settings, std::size_t domain = 0);
 
 }  // namespace embrun

@@ -80,9 +80,9 @@ void join_pieces(std::vector<SurfacePiece>& pieces, std::vector<SurfaceTile>& ti
 }  // namespace
 
 ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::span<const float> radii,
-                                       const SurfaceSettings& settings) {
+                                       const SurfaceSettings& settings, std::size_t domain) {
   const SurfaceModel model = resolve_surface_model(positions, radii, settings);
-  const GridPlan plan = plan_grid(positions, radii, model);
+  const GridPlan plan = plan_grid(positions, radii, model, std::max(domain, positions.size()));
 
   SortedLattice sorted;
   ParticleBlocks blocks;

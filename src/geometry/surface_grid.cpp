@@ -32,7 +32,8 @@ ListLattice list_lattice(double reach_in_cells) {
 
 }  // namespace
 
-GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model) {
+GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model,
+                   std::size_t most) {
   GridPlan plan;
   plan.equal_radii = radii.empty();
   Box3 bounds;
@@ -44,7 +45,7 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
   const double reach =
       support * std::max(static_cast<double>(model.influence_factor), 2.0) * static_cast<double>(largest) * 1.001;
   // Cells are numbered with 31 bits.
-  const double budget = std::min(std::max(12.0 * static_cast<double>(positions.size()), 262144.0), 2147483648.0);
+  const double budget = std::min(std::max(12.0 * static_cast<double>(most), 262144.0), 2147483648.0);
   plan.cell_size = 2.0 * static_cast<double>(typical);
   plan.target = 1.0;
   double extent[3];

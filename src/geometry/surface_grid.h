@@ -35,8 +35,10 @@ struct SortedLattice {
   std::vector<std::uint32_t> starts;  ///< of each cell's particles; one more than cells
 };
 
-/// Chooses the grid for these particles: cells of two radii, or larger ones to be split in a wide domain.
-GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model);
+/// Chooses the grid for these particles: cells of two radii, or larger ones to be split in a domain that is wide for
+/// `most` particles.
+GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii, const SurfaceModel& model,
+                   std::size_t most);
 
 /// Sorts particles of equal radii.
 SortedLattice sort_particles(std::span<const Vec3> positions, const GridPlan& plan);

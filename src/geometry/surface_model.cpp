@@ -146,6 +146,12 @@ std::vector<float> particle_field_values(std::span<const Vec3> positions, std::s
 SurfaceModel resolve_surface_model(std::span<const Vec3> positions, std::span<const float> radii,
                                    const SurfaceSettings& settings) {
   check_settings(positions, radii, settings);
+  SurfaceModel model = resolve_surface_constants(radii, settings);
+  if (settings.recover != RecoverMode::off) find_recovered(positions, radii, settings.recover, model);
+  return model;
+}
+
+SurfaceModel resolve_surface_constants(std::span<const float> radii, const SurfaceSettings& settings) {
   SurfaceModel model;
   model.kernel = settings.kernel;
   model.order = settings.order;
@@ -158,7 +164,6 @@ SurfaceModel resolve_surface_model(std::span<const Vec3> positions, std::span<co
   model.threshold = resolve_threshold(model, settings);
   model.recover_radius = model.recover_factor * model.radius;
   model.recover_threshold = kernel_value(model.kernel, 1.0f / model.recover_factor);
-  if (settings.recover != RecoverMode::off) find_recovered(positions, radii, settings.recover, model);
   return model;
 }
 

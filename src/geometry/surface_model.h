@@ -42,6 +42,9 @@ struct SurfaceModel {
 SurfaceModel resolve_surface_model(std::span<const Vec3> positions, std::span<const float> radii,
                                    const SurfaceSettings& settings);
 
+/// All of it but the recovered particles. The settings and radii must be in range.
+SurfaceModel resolve_surface_constants(std::span<const float> radii, const SurfaceSettings& settings);
+
 /// The smooth weight of a particle whose field is q = D(p_i)/T: 1 up to 0.6, 0 from 1.2, and v^2 (3 - 2v) with
 /// v = (1.2 - q)/0.6 between: continuous with its slope, 7/27 = 0.259 at q = 1, which is under every kernel's T'
 /// so that a particle just inside the main surface adds no ball to it.

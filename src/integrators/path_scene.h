@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "camera/camera.h"
+#include "geometry/detail_blocks.h"
 #include "integrators/direction_guide.h"
 #include "lights/integrator_kind.h"
 #include "lights/light_set.h"
@@ -54,6 +55,7 @@ struct PathScene {
   LightSet lights;
   Camera camera;
   MediaState camera_media;  ///< what the camera is in
+  DetailBlocks detail;
   DirectionGuide guide;
   HemisphereRule rule;  ///< of IntegratorKind::gauss
   PathSettings settings;

@@ -23,7 +23,7 @@
 //
 // An intersector is any type with
 //   bool intersect(const Ray&, const MediaState&, SceneHit&) const;  // nearest crossing with t in (t_min, t_max)
-//   MediaState media_at(Vec3 point) const;                           // which bodies hold a point
+//   MediaState media_at(Vec3 point, float detail) const;             // which bodies hold a point; see Ray::detail
 // and is asked for neither in generate_path nor in scatter_path, so that a backend may batch the stages as it likes.
 
 namespace embrun {
@@ -56,6 +56,7 @@ EMBRUN_LOCAL_FN PathState generate_path(const PathScene& scene, int x, int y, st
   if (scene.camera.lens_radius > 0.0f) numbers.lens = sample_2d(kind, path.key, Dimension::camera_lens);
   if (scene.camera.shutter_close > scene.camera.shutter_open) numbers.time = sample_1d(kind, path.key, Dimension::time);
   path.ray = camera_ray(scene.camera, x, y, numbers);
+  path.ray.detail = footprint_at_blocks(scene.detail, path.ray);
   path.throughput = grey(1.0f);
   path.media = scene.camera_media;
   path.alive = true;
@@ -142,7 +143,8 @@ EMBRUN_LOCAL_FN MediaState media_behind(const Intersector& intersector, const Ra
   if (contradicts(media, boundary)) {
     ++counters.contradictions;
     const float back = dot(ray.direction, hit.surface.geometric_normal) < 0.0f ? hit.offset : -hit.offset;
-    media = reconcile(intersector.media_at(hit.surface.position + back * hit.surface.geometric_normal), boundary);
+    media = reconcile(intersector.media_at(hit.surface.position + back * hit.surface.geometric_normal, ray.detail),
+                      boundary);
   }
   return cross_boundary(media, boundary);
 }

@@ -74,6 +74,7 @@ void write(Xml& xml, const Pictures& pictures, const FluidDescription& fluid, st
   if (fluid.method == SurfaceMethod::mesh) xml.text("method", "mesh");
   if (fluid.mesh_cell != 0) xml.real("mesh_cell", fluid.mesh_cell);
   if (fluid.density_cell != 0) xml.real("density_cell", fluid.density_cell);
+  if (fluid.detail > 0) xml.real("detail", fluid.detail);
   if (fluid.container) {
     xml.point("container_low", fluid.container->low);
     xml.point("container_high", fluid.container->high);

@@ -25,6 +25,9 @@ struct Ray {
   float time = 0.0f;
   float cone_width = 0.0f;
   float cone_spread = 0.0f;
+  /// What levels of detail go by that must not change along a path: the footprint where the path's first ray came to what
+  /// has them, metres. 0: they are off, or not known.
+  float detail = 0.0f;
   Clearance clearance;
 
   EMBRUN_FN Vec3 at(float t) const { return origin + direction * t; }

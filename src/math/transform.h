@@ -42,6 +42,7 @@ EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   out.t_min = ray.t_min * scale;
   out.t_max = ray.t_max * scale;
   out.cone_width = ray.cone_width * scale;
+  out.detail = ray.detail * scale;
   return out;
 }
 

@@ -5,7 +5,7 @@
 #include "base/prefetch.h"
 #include "math/lanes.h"
 #include "math/rgb.h"
-#include "media/grid_walk.h"
+#include "geometry/grid_walk.h"
 #include "media/particle_medium.h"
 #include "media/phase_function.h"
 

@@ -56,6 +56,7 @@ FluidDescription make_fluid(const MeasuredParticles& measured, const RenderOptio
     fluid.mesh_cell = options.mesh_cell.value_or(0);
     fluid.density_cell = options.density_cell.value_or(0);
   }
+  fluid.detail = options.lod.value_or(0);
   fluid.material = water_material(options);
   if (options.container) {
     const auto& c = *options.container;

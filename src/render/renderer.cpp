@@ -93,6 +93,7 @@ SceneFile read_scene(const SceneInput& input) {
   if (input.filter) scene.camera.filter = filter_from_name(*input.filter);
   for (SplatsDescription& splats : scene.splats) splats.detail = input.lod.value_or(splats.detail);
   for (FluidDescription& fluid : scene.fluids) {
+    fluid.detail = input.lod.value_or(fluid.detail);
     if (input.representation && representation_from_name(*input.representation) == Representation::mesh)
       fluid.method = SurfaceMethod::mesh;
     else if (input.representation && fluid.method == SurfaceMethod::mesh)
@@ -134,6 +135,8 @@ void check_options(const RenderOptions& o) {
   splat_options(o.cloud);
   if (o.lod && !(*o.lod >= 0 && std::isfinite(*o.lod)))
     throw Error(fmt::format("level of detail {}: it is a number of pixels, 0 (off) or greater", *o.lod));
+  if (o.lod.value_or(0) > 0 && method_from_names(o.method, o.representation) != SurfaceMethod::fast)
+    throw Error("levels of detail are of surfaces that are found directly, by the method fast");
   surface_from_name(o.cloud.points);
   check_cloud_surface(o);
   straight_shadows_from_name(o.boundary_nee, integrator_from_name(o.integrator));
@@ -187,6 +190,7 @@ struct Renderer::State {
                   const RenderHooks& hooks);
   void build_splats(const std::string& path, const RenderHooks& hooks);
   void start(const SceneDescription& description, const RenderHooks& hooks);
+  void record_levels();
   void built(const Stopwatch& watch, const RenderHooks& hooks);
   void record_surface();
   void record_view(const SceneDescription& description);
@@ -301,6 +305,23 @@ void Renderer::State::record_surface() {
     r.recovered = surface.model().recovered.size();
     r.surface_bytes = static_cast<double>(surface.bytes());
   }
+  record_levels();
+}
+
+/// Which levels of detail the fluids have.
+void Renderer::State::record_levels() {
+  for (std::size_t i = 0; i < scene.fluids.size(); ++i) {
+    const FluidLevels& levels = scene.fluids[i].levels;
+    if (levels.footprints == 0) continue;
+    std::string what;
+    for (int level = levels.finest; level <= levels.coarsest; ++level)
+      what += (what.empty() ? "" : ", ") +
+              (level == 0 ? std::string("the particles' own")
+                          : fmt::format("cells of {:.3g} m", std::ldexp(static_cast<double>(levels.spacing), level)));
+    report.notes.push_back(
+        fmt::format("levels of detail{}: {}", scene.fluids.size() > 1 ? fmt::format(" of fluid {}", i + 1) : "", what));
+  }
+  for (const CoarseSurface& coarse : scene.coarse_owners) report.surface_bytes += static_cast<double>(coarse.bytes());
 }
 
 void Renderer::State::build(ParticleSet particles, const std::string& name, const RenderHooks& hooks) {

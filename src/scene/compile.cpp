@@ -168,6 +168,8 @@ class Compiler {
     flat_.bounds.include(local(bounds.low));
     flat_.bounds.include(local(bounds.high));
     radius_ = 0.5 * length(bounds.high - bounds.low);
+    flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
+    add_detail_blocks();
     collect_media();
     for (const PictureDescription& picture : scene_.pictures) flat_.pictures.push_back(picture.image);
     for (const FluidDescription& fluid : scene_.fluids) add(fluid);
@@ -180,7 +182,6 @@ class Compiler {
     finish_solids();
     add_density();
     add_lights();
-    flat_.camera = make_camera(scene_.camera, scene_.film.width, scene_.film.height, flat_.recentring);
     flat_.integrator = scene_.integrator;
     if (scene_.integrator.kind == IntegratorKind::gauss)
       flat_.hemisphere_nodes = gauss_hemisphere(*hemisphere_rule_size(gauss_nodes_of(scene_.integrator)));
@@ -276,8 +277,11 @@ class Compiler {
       flat_.meshes.push_back(add_triangles(mesher_(positions, radii, fluid), {}));
       geometry.mesh = static_cast<std::int32_t>(flat_.meshes.size() - 1);
     } else {
-      flat_.surfaces.push_back(build_implicit_surface(positions, radii, fluid.surface));
-      geometry.surface = flat_.surfaces.back().view();
+      if (fluid.detail > 0) geometry.levels = add_levels(fluid, positions);
+      if (geometry.levels.finest == 0) {
+        flat_.surfaces.push_back(build_implicit_surface(positions, radii, fluid.surface));
+        geometry.surface = flat_.surfaces.back().view();
+      }
     }
     flat_.fluids.push_back(geometry);
     if (flat_.fluids.size() > static_cast<std::size_t>(max_fluids))
@@ -289,6 +293,79 @@ class Compiler {
     set_placement(instance, fluid.placement, center);
     // Crossings are found to 2e-4 of a radius.
     instance.offset = 3e-4f * fluid.surface.radius * static_cast<float>(largest_scale(fluid.placement));
+  }
+
+  /// Blocks that hold what is felt of the particles of fluids with levels of detail.
+  void add_detail_blocks() {
+    Box3 bounds;
+    float reach = 0;
+    const auto visit = [&](const auto& take) {
+      for (const FluidDescription& fluid : scene_.fluids)
+        if (fluid.detail > 0)
+          for (const Vec3d& p : fluid.positions) take(local(place(fluid.placement, p)));
+    };
+    visit([&](Vec3 p) { bounds.include(p); });
+    if (bounds.empty()) return;
+    for (const FluidDescription& fluid : scene_.fluids)
+      if (fluid.detail > 0)
+        reach = std::max(reach, 4 * rest_spacing(fluid.surface) * static_cast<float>(largest_scale(fluid.placement)));
+    const Vec3 extent = bounds.high - bounds.low + Vec3{2 * reach, 2 * reach, 2 * reach};
+    const float side = std::max(4 * reach, max_of(extent.x, max_of(extent.y, extent.z)) / 128);
+    CellGrid& grid = flat_.detail_grid;
+    grid.low = bounds.low - Vec3{reach, reach, reach};
+    grid.cell = {side, side, side};
+    grid.cells_per_metre = {1 / side, 1 / side, 1 / side};
+    grid.nx = 1 + static_cast<int>(extent.x / side);
+    grid.ny = 1 + static_cast<int>(extent.y / side);
+    grid.nz = 1 + static_cast<int>(extent.z / side);
+    flat_.detail_filled.assign(
+        static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny) * static_cast<std::size_t>(grid.nz), 0);
+    visit([&](Vec3 p) {
+      const auto cell = [&](float v, int count) { return std::clamp(static_cast<int>(v / side), 0, count - 1); };
+      const Vec3 low = p - grid.low - Vec3{reach, reach, reach}, high = p - grid.low + Vec3{reach, reach, reach};
+      for (int z = cell(low.z, grid.nz); z <= cell(high.z, grid.nz); ++z)
+        for (int y = cell(low.y, grid.ny); y <= cell(high.y, grid.ny); ++y)
+          for (int x = cell(low.x, grid.nx); x <= cell(high.x, grid.nx); ++x)
+            flat_.detail_filled[static_cast<std::size_t>(grid.index(x, y, z))] = 1;
+    });
+  }
+
+  /// The levels that some ray from the camera may want, and those between: with level 0 left to the caller.
+  FluidLevels add_levels(const FluidDescription& fluid, const std::vector<Vec3>& positions) {
+    const CellGrid& grid = flat_.detail_grid;
+    float nearest = infinity, farthest = 0;
+    for (int z = 0; z < grid.nz; ++z)
+      for (int y = 0; y < grid.ny; ++y)
+        for (int x = 0; x < grid.nx; ++x) {
+          if (flat_.detail_filled[static_cast<std::size_t>(grid.index(x, y, z))] == 0) continue;
+          const Vec3 low =
+              grid.low + grid.cell * Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+          const Vec3 high = low + grid.cell, eye = flat_.camera.eye;
+          nearest = std::min(nearest, length(max_of(low, min_of(high, eye)) - eye));
+          farthest = std::max(farthest, length(max_of(high - eye, eye - low)));
+        }
+    // The placement may shrink or stretch footprints.
+    const auto footprint = [&](float distance, double scale) {
+      return static_cast<float>(fluid.detail * scale) * flat_.camera.pixel_size * distance;
+    };
+    constexpr int most_levels = 12;
+    FluidLevels levels;
+    levels.footprints = static_cast<float>(fluid.detail);
+    levels.spacing = rest_spacing(fluid.surface);
+    levels.first = static_cast<std::uint32_t>(flat_.coarse_surfaces.size());
+    const int finest = surface_level_for(footprint(nearest, 1 / largest_scale(fluid.placement)), levels.spacing,
+                                         most_levels),
+              coarsest = surface_level_for(footprint(farthest, 1 / smallest_scale(fluid.placement)), levels.spacing,
+                                           most_levels);
+    for (int level = std::max(finest, 1); level <= coarsest; ++level) {
+      std::optional<CoarseSurface> surface = build_coarse_surface(positions, fluid.surface, level);
+      if (!surface) break;
+      if (levels.coarsest == 0) levels.finest = level == 1 && finest == 0 ? 0 : level;
+      levels.coarsest = level;
+      flat_.coarse_owners.push_back(std::move(*surface));
+      flat_.coarse_surfaces.push_back(flat_.coarse_owners.back().view());
+    }
+    return levels;
   }
 
   /// A container that stands on a floor reaches a little into it, so that the floor alone is met there, without a film
@@ -576,6 +653,7 @@ SceneView FlatScene::view() const {
   v.instances = instances.data();
   v.instance_count = static_cast<int>(instances.size());
   v.fluids = fluids.data();
+  v.coarse_surfaces = coarse_surfaces.data();
   v.ball_ranges = ball_ranges.data();
   v.ball_blocks = ball_blocks.data();
   v.splats = splats.data();

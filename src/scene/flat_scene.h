@@ -8,11 +8,14 @@
 #include "geometry/ball.h"
 #include "geometry/ball_set.h"
 #include "geometry/box.h"
+#include "geometry/coarse_surface.h"
 #include "geometry/cylinder.h"
+#include "geometry/detail_blocks.h"
 #include "geometry/implicit_surface.h"
 #include "geometry/patch.h"
 #include "geometry/splat_hierarchy.h"
 #include "geometry/splat_tree.h"
+#include "geometry/surface_levels.h"
 #include "geometry/thesis_tracer.h"
 #include "lights/light_set_builder.h"
 #include "materials/material.h"
@@ -44,9 +47,26 @@ struct Instance {
   float offset = 0;         ///< least distance of a new ray's origin from the surface, world metres
 };
 
+/// Which levels of detail of a fluid there are: `finest` to `coarsest`, 0 the particles' own surface.
+struct FluidLevels {
+  float footprints = 0;  ///< a level serves rays whose Ray::detail times this is at least its cell; 0: level 0 alone
+  float spacing = 0;     ///< rest spacing, metres
+  std::int32_t finest = 0, coarsest = 0;
+  std::uint32_t first = 0;  ///< where the coarse ones begin in SceneView::coarse_surfaces
+
+  EMBRUN_FN int level(float detail) const {
+    return footprints > 0.0f ? max_of(surface_level_for(footprints * detail, spacing, coarsest), finest) : 0;
+  }
+  /// Where level >= 1 is in SceneView::coarse_surfaces.
+  EMBRUN_FN std::uint32_t index(int level) const {
+    return first + static_cast<std::uint32_t>(level - max_of(finest, 1));
+  }
+};
+
 /// A fluid's surface and the box that ends it (if any), in the fluid's own space.
 struct FluidGeometry {
-  ImplicitSurfaceView surface{};
+  ImplicitSurfaceView surface{};  ///< level 0, if it is there
+  FluidLevels levels;
   // Where the description asks for it, one of these takes the surface's place.
   const ThesisSurface* thesis = nullptr;  ///< host only
   std::int32_t mesh = -1;                 ///< index into FlatScene::meshes, or -1
@@ -95,6 +115,7 @@ struct SceneView {
   const Instance* instances = nullptr;
   int instance_count = 0;
   const FluidGeometry* fluids = nullptr;
+  const CoarseSurfaceView* coarse_surfaces = nullptr;
   const BallRange* ball_ranges = nullptr;
   const BallBlock* ball_blocks = nullptr;
   const SplatGeometry* splats = nullptr;
@@ -117,6 +138,10 @@ struct FlatScene {
   std::vector<ImplicitSurface> surfaces;  ///< owners of what `fluids` view
   std::vector<std::unique_ptr<ThesisSurface>> thesis_surfaces;
   std::vector<FluidGeometry> fluids;
+  std::vector<CoarseSurface> coarse_owners;  ///< of what `coarse_surfaces` view
+  std::vector<CoarseSurfaceView> coarse_surfaces;
+  CellGrid detail_grid;                     ///< of fluids with levels of detail, or empty
+  std::vector<std::uint8_t> detail_filled;  ///< see DetailBlocks
   std::vector<BallRange> ball_ranges;
   std::vector<BallBlock> ball_blocks;
   std::vector<SplatArrays> splat_arrays;                           ///< owners of what `splats` view

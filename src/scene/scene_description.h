@@ -80,6 +80,10 @@ struct FluidDescription {
   // Of SurfaceMethod::mesh, metres, 0: half the radius. Sides of the cells that the mesh is made from, and of those of the
   // grid that holds what is inside it.
   double mesh_cell = 0, density_cell = 0;
+  /// Level of detail, of SurfaceMethod::fast and particles of one radius: where the footprint of a path's first ray at the
+  /// fluids (a pixel's there) times this is no less than twice the particles' rest spacing, a coarse surface stands for
+  /// theirs (see surface_levels.h). 0: off.
+  double detail = 0;
   MaterialDescription material = dielectric_material(1.33);
   /// The fluid ends at this box, with a flat face wherever it reaches it.
   std::optional<Box3d> container;

@@ -261,6 +261,10 @@ void check_fluid(const FluidDescription& fluid, std::size_t pictures, const std:
           fluid.density_cell);
   require(fluid.wall_overlap >= 0 && finite(fluid.wall_overlap),
           "{}: overlap with walls of {} m is negative or not finite", what, fluid.wall_overlap);
+  require(fluid.detail >= 0 && finite(fluid.detail), "{}: a detail of {} footprints: it must be 0 or greater", what,
+          fluid.detail);
+  require(fluid.detail == 0 || (fluid.method == SurfaceMethod::fast && fluid.radii.empty()),
+          "{}: levels of detail are of surfaces that are found directly, of particles of one radius", what);
   if (!fluid.medium) return;
   require(has_inside(fluid.material), "{}: its particles scatter light, but no light gets through its surface", what);
   require(keeps_balls(fluid.placement), "{}: its particles scatter light as balls, which the placement distorts", what);

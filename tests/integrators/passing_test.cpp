@@ -20,7 +20,7 @@ struct MeetingSheets {
     hit.surface.entering = !media.inside_solid(0);
     return true;
   }
-  MediaState media_at(Vec3) const { return {}; }
+  MediaState media_at(Vec3, float) const { return {}; }
 };
 
 PathScene scene_of(const Material& material) {

@@ -57,6 +57,8 @@ TEST(SceneRoundTrip, OfWhatAFileSays) {
       "value=\"density:1=foam\"/><float name=\"radius\" value=\"0.1\"/><float name=\"wall_overlap\" "
       "value=\"0.02\"/><string name=\"method\" value=\"mesh\"/><float name=\"mesh_cell\" value=\"0.03\"/>"
       "<float name=\"density_cell\" value=\"0.04\"/></shape>"
+      "<shape type=\"particles\"><string name=\"filename\" value=\"p.csv\"/><float name=\"radius\" value=\"0.1\"/>"
+      "<float name=\"detail\" value=\"1.5\"/></shape>"
       "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/></shape>"
       "<shape type=\"sphere\"><ref id=\"water\"/><ref name=\"interior\" id=\"milk\"/><float name=\"radius\" "
       "value=\"0.3\"/></shape>"

@@ -49,7 +49,7 @@ void learn_directions(const PathScene& scene, const CpuSceneView& view, const Pi
   }
 }
 
-MediaState media_at(const CpuSceneView& view, Vec3 point) { return CpuIntersector{view}.media_at(point); }
+MediaState media_at(const CpuSceneView& view, Vec3 point) { return CpuIntersector{view}.media_at(point, 0.0f); }
 
 void intersect(const CpuSceneView& view, const Ray* rays, const MediaState* media, int count, bool* found,
                SceneHit* hits) {

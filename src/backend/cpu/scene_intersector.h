@@ -2,6 +2,7 @@
 
 #include "backend/cpu/ball_query.h"
 #include "backend/cpu/fluid_mesh.h"
+#include "backend/cpu/kernel_table.h"
 #include "geometry/clipped_surface.h"
 #include "geometry/implicit_surface_batch.h"
 #include "geometry/mls_surface.h"
@@ -18,20 +19,24 @@ namespace EMBRUN_ISA_NAMESPACE {
 struct FluidBody {
   const CpuSceneView& scene;
   std::uint32_t index;
+  int level;  ///< of detail
 
   EMBRUN_FN const FluidGeometry& fluid() const { return scene.flat.fluids[index]; }
   EMBRUN_FN bool intersect(const Ray& ray, Side side, SurfaceHit& hit) const {
     if (fluid().thesis != nullptr) return fluid().thesis->intersect(ray, side, hit);
     if (fluid().mesh >= 0) return mesh().intersect(ray, side, hit);
+    if (level > 0) return intersect_coarse_surface(coarse(), ray, side, hit);
     return intersect_implicit_surface(fluid().surface, ray, side, hit);
   }
   EMBRUN_FN bool contains(Vec3 point) const {
     if (fluid().thesis != nullptr) return fluid().thesis->contains(point);
     if (fluid().mesh >= 0) return mesh().contains(point);
+    if (level > 0) return coarse_surface_contains(coarse(), point);
     return implicit_surface_contains(fluid().surface, point);
   }
 
  private:
+  EMBRUN_FN const CoarseSurfaceView& coarse() const { return scene.flat.coarse_surfaces[fluid().levels.index(level)]; }
   EMBRUN_FN FluidMesh mesh() const { return {scene.flat, scene.flat.meshes[fluid().mesh], scene.fluid_meshes[index]}; }
 };
 
@@ -83,7 +88,11 @@ struct CpuIntersector {
       if (instance.identity && !fluid.clipped && fluid.thesis == nullptr && fluid.mesh < 0) {
         FluidQueries<Queries> rays{queries, k, instance.fluid};
         rays.keep_own_clearances();
-        intersect_implicit_surface_batch(fluid.surface, rays);
+        if (fluid.levels.footprints == 0.0f) {
+          intersect_implicit_surface_batch(fluid.surface, rays);
+        } else {
+          intersect_levels(queries, k, fluid);
+        }
       } else {
         for (int i = 0; i < queries.count(); ++i) {
           intersect_fluid_too(k, queries.media(i), queries.rest(i), queries.nearest(i), queries.hit(i).surface);
@@ -96,8 +105,9 @@ struct CpuIntersector {
     }
   }
 
-  /// Which bodies hold a point. Ordinary code: it is asked at the start and when something went wrong.
-  MediaState media_at(Vec3 point) const {
+  /// Which bodies hold a point, for rays of that Ray::detail. Ordinary code: it is asked at the start and when something
+  /// went wrong.
+  MediaState media_at(Vec3 point, float detail) const {
     MediaState media;
     for (int i = 0; i < scene.flat.instance_count; ++i) {
       const Instance& instance = scene.flat.instances[i];
@@ -105,7 +115,13 @@ struct CpuIntersector {
       const Vec3 own = instance.identity ? point : instance.to_object.point(point);
       int count = 0;
       switch (instance.kind) {
-        case GeometryKind::fluid: count = fluid_contains({scene, instance.geometry}, own) ? 1 : 0; break;
+        case GeometryKind::fluid: {
+          // The scale of a placement that distorts depends on the ray: this is a guess among levels that differ little.
+          const float scale = instance.identity ? 1.0f : length(instance.to_object.vector(Vec3{1, 0, 0}));
+          const int level = scene.flat.fluids[instance.geometry].levels.level(detail * scale);
+          count = fluid_contains({scene, instance.geometry, level}, own) ? 1 : 0;
+          break;
+        }
         case GeometryKind::balls: count = in_balls(scene.ball_sets[instance.geometry], own) ? 1 : 0; break;
         case GeometryKind::box: count = scene.flat.boxes[instance.geometry].contains(own) ? 1 : 0; break;
         case GeometryKind::mesh: count = meshes_left_behind(i, point); break;
@@ -152,6 +168,60 @@ struct CpuIntersector {
     }
   };
 
+  /// Some of the queries' rays, likewise.
+  template <class Queries>
+  struct SomeFluidQueries : FluidQueries<Queries> {
+    std::uint16_t index[batch_size];
+    int number = 0;
+
+    EMBRUN_FN int count() const { return number; }
+    EMBRUN_FN const Ray& ray(int i) const { return FluidQueries<Queries>::ray(index[i]); }
+    EMBRUN_FN Side side(int i) const { return FluidQueries<Queries>::side(index[i]); }
+    EMBRUN_FN SurfaceHit& hit(int i) { return FluidQueries<Queries>::hit(index[i]); }
+    EMBRUN_FN void settle(int i, bool found) { FluidQueries<Queries>::settle(index[i], found); }
+  };
+
+  /// Meets a fluid with levels of detail, level by level. What is searched for particle by particle is for many rays at
+  /// once.
+  template <class Queries>
+  void intersect_levels(Queries& queries, int index, const FluidGeometry& fluid) const {
+    const Instance& instance = scene.flat.instances[index];
+    SomeFluidQueries<Queries> some{{queries, index, instance.fluid}, {}, 0};
+    for (int level = fluid.levels.finest; level <= fluid.levels.coarsest; ++level) {
+      const CoarseSurfaceView* coarse = level > 0 ? scene.flat.coarse_surfaces + fluid.levels.index(level) : nullptr;
+      if (coarse == nullptr) {
+        intersect_some(queries, some, fluid.levels, level, fluid.surface, [](int) { return true; });
+      } else {
+        intersect_some(queries, some, fluid.levels, level, coarse->spray, [&](int i) {
+          const bool inside = some.FluidQueries<Queries>::side(i) == Side::inside;
+          if (inside) {
+            intersect_fluid_too(index, queries.media(i), queries.rest(i), queries.nearest(i), queries.hit(i).surface);
+          } else {
+            SurfaceHit met;
+            if (intersect_lattice_surface(coarse->bulk, queries.rest(i), Side::outside, met)) {
+              queries.hit(i).surface = met;
+              some.FluidQueries<Queries>::settle(i, true);
+            }
+          }
+          return !inside && coarse->has_spray;
+        });
+      }
+    }
+  }
+
+  /// Searches the rays of one level for which `wants` says so; it is asked once for each ray of the level.
+  template <class Queries, class Wants>
+  static void intersect_some(Queries& queries, SomeFluidQueries<Queries>& some, const FluidLevels& levels, int level,
+                             const ImplicitSurfaceView& surface, const Wants& wants) {
+    for (int begin = 0; begin < queries.count(); begin += batch_size) {
+      some.number = 0;
+      for (int i = begin; i < min_of(begin + batch_size, queries.count()); ++i)
+        if (levels.level(queries.ray(i).detail) == level && wants(i))
+          some.index[some.number++] = static_cast<std::uint16_t>(i);
+      if (some.number > 0) intersect_implicit_surface_batch(surface, some);
+    }
+  }
+
   /// The instance that is met first but for fluids, or -1; shortens the ray's extent to it.
   int intersect_all_but_fluids(Ray& rest, const MediaState& media, SurfaceHit& hit) const {
     int nearest = -1;
@@ -187,9 +257,10 @@ struct CpuIntersector {
   }
 
   bool intersect_placed_fluid(const Instance& instance, const Ray& ray, Side side, SurfaceHit& hit) const {
-    const FluidBody fluid{scene, instance.geometry};
+    const FluidLevels& levels = scene.flat.fluids[instance.geometry].levels;
     SurfaceHit met;
     if (instance.identity) {
+      const FluidBody fluid{scene, instance.geometry, levels.level(ray.detail)};
       Ray own = ray;
       if (ray.clearance.instance != instance.fluid) own.clearance = {};
       if (!intersect_fluid(fluid, own, side, met)) return false;
@@ -199,6 +270,7 @@ struct CpuIntersector {
     float scale;
     Ray own = transform_ray(instance.to_object, ray, scale);
     own.clearance = {};  // in the wrong unit
+    const FluidBody fluid{scene, instance.geometry, levels.level(own.detail)};
     if (!intersect_fluid(fluid, own, side, met)) return false;
     hit = met;
     hit.t *= 1.0f / scale;

@@ -64,7 +64,7 @@ struct DeviceIntersector {
     }
     return found;
   }
-  EMBRUN_FN MediaState media_at(Vec3 point) const {
+  EMBRUN_FN MediaState media_at(Vec3 point, float) const {
     const MediaBoundary surface{1, 0, true};
     return container.contains(point) && fluid.contains(point) ? cross_boundary({}, surface) : MediaState{};
   }

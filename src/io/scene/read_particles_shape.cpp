@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.h"
 #include "io/read_particles.h"
@@ -220,6 +221,12 @@ void add_fluid(SceneReading& reading, SceneObject& shape, ShapeParticles& read, 
       {{"fast", SurfaceMethod::fast}, {"thesis", SurfaceMethod::thesis}, {"mesh", SurfaceMethod::mesh}});
   fluid.mesh_cell = shape.number("mesh_cell", fluid.mesh_cell);
   fluid.density_cell = shape.number("density_cell", fluid.density_cell);
+  fluid.detail = shape.number("detail", fluid.detail);
+  if (!(fluid.detail >= 0) || std::isinf(fluid.detail))
+    shape.fail("'detail' is a number of footprints, 0 (the particles' own surface) or greater");
+  if (fluid.detail > 0 && fluid.method != SurfaceMethod::fast) shape.fail("'detail' is for the method fast");
+  if (fluid.detail > 0 && !read.radius.radii.empty())
+    shape.fail("'detail' is for particles of one radius: give a 'radius'");
   const std::optional<Vec3d> low = shape.vector("container_low"), high = shape.vector("container_high");
   if (low.has_value() != high.has_value()) shape.fail("a container has both a 'container_low' and a 'container_high'");
   if (low) fluid.container = Box3d{*low, *high};
