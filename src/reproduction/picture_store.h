@@ -13,7 +13,7 @@ namespace embrun {
 struct PictureResult {
   std::string name, flags;
   int width = 0, height = 0, samples = 0, threads = 0;
-  double build_seconds = 0;  ///< all that is done before the first ray; the less of two times
+  double build_seconds = 0;   ///< all that is done before the first ray; the less of two times
   double render_seconds = 0;  ///< of all samples
   double surface_bytes = 0;
   std::uint64_t triangles = 0, grid_cells = 0;
