@@ -183,7 +183,8 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
   // body may be smaller than the tolerance.
   for (const double beyond : {1.01, 1.05, 1.1, 1.25, 1.5}) {
     const double distance = beyond * std::abs(here.g) / steepness;
-    if (distance <= tolerance && other_side(here.gradient * ((here.g > 0 ? -1 : 1) * distance / steepness))) return true;
+    if (distance <= tolerance && other_side(here.gradient * ((here.g > 0 ? -1 : 1) * distance / steepness)))
+      return true;
   }
   for (int halvings = 0; steepness > 0 && halvings < 12; ++halvings) {
     if (other_side(here.gradient * ((here.g > 0 ? -1 : 1) * std::ldexp(tolerance, -halvings) / steepness))) return true;

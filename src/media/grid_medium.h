@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "geometry/grid_walk.h"
 #include "math/rgb.h"
 #include "math/transform.h"
-#include "geometry/grid_walk.h"
 #include "media/phase_function.h"
 
 // A medium given by numbers on a grid of cells: what per-ray code reads. Where the numbers are from (a file, particles)

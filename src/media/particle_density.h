@@ -3,9 +3,9 @@
 #include <cstdint>
 
 #include "base/prefetch.h"
+#include "geometry/grid_walk.h"
 #include "math/lanes.h"
 #include "math/rgb.h"
-#include "geometry/grid_walk.h"
 #include "media/particle_medium.h"
 #include "media/phase_function.h"
 
