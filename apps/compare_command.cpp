@@ -30,12 +30,12 @@ void parse_limits(const std::string& option, const std::vector<std::string>& tex
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos)
-      throw UsageError(option + ": \"" + text + "\" is not METRIC=VALUE, such as flip=0.05");
+      throw UsageError(fmt::format("{}: \"{}\" is not METRIC=VALUE, such as flip=0.05", option, text));
     const Limit limit{text.substr(0, equals), parse_numbers<1>(option, text.substr(equals + 1), "")[0], is_upper};
     try {
       metric({}, limit.name);
     } catch (const std::runtime_error& error) {
-      throw UsageError(option + ": " + error.what());
+      throw UsageError(fmt::format("{}: {}", option, error.what()));
     }
     limits.push_back(limit);
   }

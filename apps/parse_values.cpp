@@ -1,5 +1,7 @@
 #include "parse_values.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -54,7 +56,7 @@ FluidOptions parse_fluid(const std::string& option, const std::string& text) {
     const std::size_t equals = colon == std::string::npos ? colon : rest.find('=', colon);
     if (equals == std::string::npos) break;
     const std::string key = rest.substr(colon + 1, equals - colon - 1), value = rest.substr(equals + 1);
-    const std::string name = option + ": " + key;
+    const std::string name = fmt::format("{}: {}", option, key);
     if (key == "ior")
       fluid.ior = parse_numbers<1>(name, value, "")[0];
     else if (key == "absorption")

@@ -63,7 +63,7 @@ EMBRUN_FN ParticleLanes load_group(const ImplicitSurfaceView& s, const SurfaceCe
   constexpr int groups = 16 / register_lanes;  // of a block
   const std::size_t block =
       static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + static_cast<std::size_t>(i / groups);
-  const std::size_t first = static_cast<std::size_t>(i % groups * register_lanes);
+  const std::size_t first = static_cast<std::size_t>(i % groups) * std::size_t{register_lanes};
   const auto load = [](const auto* from) { return load_lanes<RegisterLanes>(from); };
   ParticleLanes p;
   if constexpr (equal_radii) {

@@ -48,7 +48,7 @@ struct LatticeField {
 
   EMBRUN_FN LatticeField(const LatticeBrick& brick, int x, int y, int z)
       : values(brick.values + (z * 6 + y) * 6 + x),
-        corner(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)) {}
+        corner{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)} {}
   /// Of the cell that holds the point.
   EMBRUN_FN LatticeField(const LatticeBrick& brick, const Vec3& p)
       : LatticeField(brick, cell_of(p.x), cell_of(p.y), cell_of(p.z)) {}

@@ -40,10 +40,13 @@ std::optional<CoarseSurface> build_coarse_surface(std::span<const Vec3> position
   if (!bulk || bulk->near.empty()) return std::nullopt;
   CoarseSurface surface;
   surface.bulk = std::move(*bulk);
+  surface.threshold = model.threshold;
+  surface.influence_radius = model.influence_radius;
   if (settings.recover == RecoverMode::off) return surface;
   std::vector<Vec3> drops;
   for (std::size_t i = 0; i < positions.size(); ++i)
     if (field[i] < spray_below) drops.push_back(positions[i]);
+  surface.spray_particles = drops.size();
   if (drops.empty()) return surface;
   SurfaceSettings single = settings;
   single.order = 1;

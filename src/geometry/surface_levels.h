@@ -17,6 +17,8 @@ namespace embrun {
 struct CoarseSurface {
   LatticeSurface bulk;
   std::optional<ImplicitSurface> spray;
+  float threshold = 0, influence_radius = 0;  ///< T and b (metres) of the particles' own surface
+  std::size_t spray_particles = 0;
 
   CoarseSurfaceView view() const;
   std::size_t bytes() const;

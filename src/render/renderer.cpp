@@ -298,6 +298,11 @@ void Renderer::State::record_surface() {
     r.influence_radius = static_cast<double>(stats.influence_radius);
     r.recovered = stats.recovered_particles;
     r.surface_bytes = static_cast<double>(stats.bytes);
+  } else if (!scene.coarse_owners.empty()) {
+    const CoarseSurface& coarse = scene.coarse_owners.front();
+    r.threshold = static_cast<double>(coarse.threshold);
+    r.influence_radius = static_cast<double>(coarse.influence_radius);
+    r.recovered = coarse.spray_particles;
   } else if (!scene.thesis_surfaces.empty()) {
     const ThesisSurface& surface = *scene.thesis_surfaces.front();
     r.threshold = static_cast<double>(surface.model().threshold);

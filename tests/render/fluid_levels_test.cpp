@@ -67,6 +67,10 @@ TEST(FluidLevels, FarWaterLooksTheSame) {
   EXPECT_NE(notes_of(report).find("levels of detail: cells of 0.2"), std::string::npos) << notes_of(report);
   EXPECT_EQ(report.medium_contradictions, 0u);
   EXPECT_EQ(report.bad_samples, 0u);
+  // What pins the choices of a frame is told without the particles' own surface, too.
+  EXPECT_EQ(report.threshold, fine_report.threshold);
+  EXPECT_EQ(report.influence_radius, fine_report.influence_radius);
+  EXPECT_GE(report.recovered, 8u);
   EXPECT_GT(report.surface_bytes, 0);
   EXPECT_LT(report.surface_bytes, 0.5 * fine_report.surface_bytes);
   options.threads = 1;
