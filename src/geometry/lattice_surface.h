@@ -37,11 +37,13 @@ struct LatticeValue {
   Vec3 gradient;
 };
 
-/// The field in one cell of a brick: points are in cells from the brick's low corner, `F` is float or lanes of them.
+/// A point in cells from a brick's low corner; F is float or lanes of them.
 template <class F>
 struct LatticePoint {
   F x, y, z;
 };
+
+/// The field in one cell of a brick; points are in cells from the brick's low corner.
 struct LatticeField {
   const float* values;  ///< the cell's first
   Vec3 corner;          ///< the cell's, in cells from the brick's
