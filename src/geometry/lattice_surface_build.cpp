@@ -81,7 +81,7 @@ void spread(const Vec3& p, float values[216]) {
   }
 }
 
-/// Sets the bits of the cells by the least and greatest of their values; returns whether any is near.
+/// Sets the bits of the cells by the least and greatest of their values.
 void set_bits(LatticeBrick& brick) {
   for (int z = 0; z < brick_side; ++z) {
     for (int y = 0; y < brick_side; ++y) {

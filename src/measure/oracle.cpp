@@ -181,13 +181,15 @@ bool Surface::surface_within(Vec x, double least_tolerance) const {
   // Along the gradient first, just beyond where the nearer branch has its zero by its slope: what is there may be far
   // thinner than the tolerance, such as the air in a crease between the two branches. Then at shrinking distances: the
   // body may be smaller than the tolerance.
+  const auto ends_along_gradient = [&](double distance) {
+    return other_side(here.gradient * ((here.g > 0 ? -1 : 1) * distance / steepness));
+  };
   for (const double beyond : {1.01, 1.05, 1.1, 1.25, 1.5}) {
     const double distance = beyond * std::abs(here.g) / steepness;
-    if (distance <= tolerance && other_side(here.gradient * ((here.g > 0 ? -1 : 1) * distance / steepness)))
-      return true;
+    if (distance <= tolerance && ends_along_gradient(distance)) return true;
   }
   for (int halvings = 0; steepness > 0 && halvings < 12; ++halvings) {
-    if (other_side(here.gradient * ((here.g > 0 ? -1 : 1) * std::ldexp(tolerance, -halvings) / steepness))) return true;
+    if (ends_along_gradient(std::ldexp(tolerance, -halvings))) return true;
   }
   for (int i = 0; i < 27; ++i) {
     const Vec direction{i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0};
