@@ -32,6 +32,9 @@ struct CellModelLoops {
   /// in order, and returns how many.
   std::size_t (*gather)(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
                         const ParticleArrays& out);
+  /// Sets `bit` in the marks of those of `count` particles that gather would copy.
+  void (*mark)(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
+               std::uint8_t bit, std::uint8_t* marks);
   /// Decides how the cell center +- half (list units) stands to the surface by bounds on its field, and for a near
   /// cell fills quadratic, upper and lower. `list` has room for 16 more particles. Sets `cell.kind` to outside,
   /// inside or near. `near` is scratch with the same room.

@@ -40,8 +40,7 @@ struct AxisCurvature<Kernel::metaball> {
     const F16 two_a = 2.0f * a_least * a_least;
     const F16 worst = min_of(max_of(two_a, rho_least * rho_least), rho_most * rho_most);
     const F16 u2 = max_of(worst + a_least * a_least, splat(1.0f / 9.0f));
-    const F16 inverse = rsqrt_of(u2) * 1.00001f;
-    F16 least = 3.0f * (1.0f - worst * (inverse * inverse * inverse));
+    F16 least = 3.0f * (1.0f - worst * (1.00001f / (u2 * sqrt_of(u2))));
     // With u kept at 1/3 or more the ratio may still be larger nearer the particle: -6 is the floor there.
     least = select_less(u_least, splat(1.0f / 9.0f), splat(-6.0f), max_of(least, splat(-6.0f)));
     least = select_less(one, u_most, min_of(least, zero), least);
@@ -52,8 +51,8 @@ struct AxisCurvature<Kernel::metaball> {
  private:
   static EMBRUN_FN F16 ratio(F16 rho, F16 a) {
     const F16 square = rho * rho;
-    const F16 inverse = rsqrt_of(max_of(square + a * a, splat(1.0f / 9.0f))) * 0.99999f;
-    return square * (inverse * inverse * inverse);
+    const F16 u2 = max_of(square + a * a, splat(1.0f / 9.0f));
+    return square * (0.99999f / (u2 * sqrt_of(u2)));
   }
 };
 
@@ -104,11 +103,16 @@ void pad(const CellFrame& frame, const ParticleArrays& list, std::size_t count) 
   }
 }
 
+/// Which of particles i to i + 15 (of `count`) have a < b.
+EMBRUN_FN std::uint32_t valid_less(std::size_t i, std::size_t count, F16 a, F16 b) {
+  const std::size_t valid = count - i < 16 ? count - i : 16;
+  return mask_less(a, b) & ((1u << valid) - 1u);
+}
+
 /// Appends those of particles i to i + 15 (of `count`) with a < b to `out`, in order.
 EMBRUN_FN void append_less(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::size_t count, F16 a,
                            F16 b, const ParticleArrays& out, std::size_t& kept) {
-  const std::size_t valid = count - i < 16 ? count - i : 16;
-  const std::uint32_t mask = mask_less(a, b) & ((1u << valid) - 1u);
+  const std::uint32_t mask = valid_less(i, count, a, b);
   compress_store16(out.x + kept, load16(in.x + i), mask);
   compress_store16(out.y + kept, load16(in.y + i), mask);
   compress_store16(out.z + kept, load16(in.z + i), mask);
@@ -126,6 +130,19 @@ std::size_t gather(const CellFrame& frame, const ParticleArrays& in, std::size_t
     append_less(frame, in, i, count, distance, reach * reach, out, kept);
   }
   return kept;
+}
+
+void mark(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
+          std::uint8_t bit, std::uint8_t* marks) {
+  F16 reach = splat(frame.reach);
+  for (std::size_t i = 0; i < count; i += 16) {
+    const F16 distance = box_distance_squared(load16(in.x + i), load16(in.y + i), load16(in.z + i), center, half);
+    if (!frame.equal_radii) reach = load16(in.reach + i);
+    for (std::uint32_t felt = valid_less(i, count, distance, reach * reach); felt != 0; felt &= felt - 1) {
+      std::uint8_t& marked = marks[i + static_cast<std::size_t>(lowest_bit(felt))];
+      marked = static_cast<std::uint8_t>(marked | bit);
+    }
+  }
 }
 
 /// Bounds on the field D (not divided by T) over a cell.
@@ -342,8 +359,8 @@ CurvatureRanges curvature_ranges(const CellFrame& frame, const ParticleArrays& l
       const int b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
       const F16 near_square = near_side[b] * near_side[b] + near_side[c] * near_side[c];
       const F16 far_square = far_side[b] * far_side[b] + far_side[c] * far_side[c];
-      const F16 rho_near = near_square * rsqrt_of(max_of(near_square, splat(1e-12f)));
-      const F16 rho_far = far_square * rsqrt_of(max_of(far_square, splat(1e-12f)));
+      const F16 rho_near = sqrt_of(near_square);
+      const F16 rho_far = sqrt_of(far_square);
       const AxisRange range = AxisCurvature<kernel>::axis(near_side[a], far_side[a], rho_near, rho_far);
       least[a] += range.least * to_cell;
       most[a] += range.most * to_cell;
@@ -378,12 +395,15 @@ float most_node(const NodeSamples<edge>& s) {
   return max_lane(most);
 }
 
+/// Whether octant_bounds decide about most cells, for less than samples: where supports are large against them, as for
+/// n >= 3.
+bool octants_are_enough(const CellFrame& frame, float half) { return frame.equal_radii && frame.reach > 4.9f * half; }
+
 /// Whether the given particles alone keep D above `level` all over the cell.
 template <Kernel kernel>
 bool proves_inside(const CellFrame& frame, const ParticleArrays& list, std::size_t count, Vec3 center, float half,
                    float level) {
-  // Octants are enough, and cheaper, where supports are large against them, as for n >= 3.
-  if (frame.equal_radii && frame.reach > 4.9f * half) {
+  if (octants_are_enough(frame, half)) {
     const float least = octant_bounds<kernel>(frame, list, count, center, half).least;
     if (least > level) return true;
     if (least < 0.75f * level) return false;
@@ -562,6 +582,10 @@ void examine_as(const CellFrame& frame, const ParticleArrays& list, std::size_t 
       return;
     }
   }
+  if (look.at_center < 0.5f * threshold && octants_are_enough(frame, half) &&
+      octant_bounds<kernel>(frame, list, count, center, half).most + rounding < threshold) {
+    return;
+  }
 
   sample_cell<5, kernel>(frame, list, count, center, half, rounding, cell);
 }
@@ -577,6 +601,6 @@ void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t cou
 
 }  // namespace
 
-const CellModelLoops EMBRUN_CELL_MODEL = {gather, examine};
+const CellModelLoops EMBRUN_CELL_MODEL = {gather, mark, examine};
 
 }  // namespace embrun

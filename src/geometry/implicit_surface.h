@@ -11,11 +11,31 @@
 namespace embrun {
 
 /// How one cell of the acceleration grid stands to the surface.
-enum class SurfaceCellKind : std::uint32_t {
+enum class SurfaceCellKind : std::uint8_t {
   outside,  ///< the field is proven below the threshold everywhere in the cell
   inside,   ///< proven above
   near,     ///< may hold the surface: `list` and `recovered` say by which particles
   split,    ///< eight child cells from `list` on, x fastest (only with radii far smaller than the cell)
+};
+
+/// How a cell stands to its particle list. The near cells of a brick of 2x2x2 top-level cells share one, of which each feels
+/// some parts; a child of a split cell has its own.
+struct ListPlace {
+  std::uint8_t code;  ///< which cell of the brick, a bit an axis; `own`; log2 of the eights of a part from bit 4 on
+
+  static constexpr std::uint8_t own = 8;
+  EMBRUN_FN int eights_log2() const { return code >> 4; }
+  /// From the middle of the list's box, a brick or a cell, to the cell's centre, in grid units. By the bits of +-0.5: which
+  /// cell of its brick a ray meets next is anybody's guess, and branches would be one.
+  EMBRUN_FN Vec3 offset() const {
+    const std::uint32_t half = (code & own) != 0 ? 0u : 0x3f000000u;
+    Vec3 from_middle;
+    for (int a = 0; a < 3; ++a) {
+      const std::uint32_t bits = half | (~(static_cast<std::uint32_t>(code) >> a) << 31);
+      __builtin_memcpy(&from_middle[a], &bits, sizeof bits);
+    }
+    return from_middle;
+  }
 };
 
 /// One cell near the surface: a cache line. Lengths are in grid units (the side of a top-level cell),
@@ -26,10 +46,11 @@ enum class SurfaceCellKind : std::uint32_t {
 struct alignas(64) SurfaceCell {
   float quadratic[10];
   float upper, lower;
-  std::uint32_t list;              ///< first block of the particle list, or first child
-  std::uint16_t list_eights;       ///< particles in the list over 8, rounded up
-  std::uint16_t recovered_eights;  ///< the same of the recovered ones
-  std::uint32_t recovered;         ///< first block of the list of recovered particles
+  std::uint32_t list;              ///< first eight of the particle list, or first child
+  std::uint32_t list_bits;         ///< which parts of the list are felt in the cell, the first one by the lowest bit
+  std::uint32_t recovered;         ///< first eight of the list of recovered particles
+  std::uint16_t recovered_eights;  ///< recovered particles over 8, rounded up
+  ListPlace place;
   SurfaceCellKind kind;
 };
 static_assert(sizeof(SurfaceCell) == 64);
@@ -48,15 +69,15 @@ EMBRUN_FN int skip(std::uint32_t word, int octant) {
 }
 }  // namespace cell_word
 
-/// Numbers a block of sixteen particles in the lists: x, y, z (16 each), then 1/b where radii differ, then the weight
-/// in lists of recovered particles (packed: 65535 w).
-inline constexpr std::size_t packed_stride = 48, packed_recovered_stride = 64;
-inline constexpr std::size_t wide_stride = 64, wide_recovered_stride = 80;
+/// Numbers eight particles of a list take: x, y, z (8 each), then 1/b where radii differ, then the weight in lists of
+/// recovered particles (packed: 65535 w).
+inline constexpr std::size_t packed_stride = 24, packed_recovered_stride = 32;
+inline constexpr std::size_t wide_stride = 32, wide_recovered_stride = 40;
 
-/// The lattice of a cell's list of particles of equal radii, the same along the three axes.
+/// The lattice of lists of particles of equal radii, the same along the three axes.
 struct ListLattice {
   float per_cell;  ///< steps a grid unit
-  float bias;      ///< coordinate of a top-level cell's low corner
+  float middle;    ///< coordinate of the middle of the list's box
 };
 
 /// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.

@@ -20,15 +20,22 @@ namespace embrun {
 //   SurfaceHit& hit(int i);            // to be filled; left alone where there is none
 //   void settle(int i, bool found);    // called once for each ray, in any order
 
-/// Calls for a near cell's lists.
+/// Calls for what a near cell feels of a list: the parts from the first to the last.
+template <class T>
+EMBRUN_FN void prefetch_list(const T* lists, std::size_t stride, const SurfaceCell& cell) {
+  if (cell.list_bits == 0) return;
+  const int first = lowest_bit(cell.list_bits), end = highest_bit(cell.list_bits) + 1, log2 = cell.place.eights_log2();
+  const std::size_t from = cell.list + (static_cast<std::size_t>(first) << log2);
+  prefetch_range(lists + from * stride, (static_cast<std::size_t>(end - first) << log2) * stride * sizeof(T));
+}
 EMBRUN_FN void prefetch_lists(const ImplicitSurfaceView& s, const SurfaceCell& cell) {
-  const std::size_t list = cell.list, blocks = (cell.list_eights + 1u) / 2u, recovered = cell.recovered;
+  const std::size_t recovered = cell.recovered;
   if (s.equal_radii) {
-    prefetch_range(s.packed_lists + list * packed_stride, blocks * packed_stride * sizeof(std::uint16_t));
-    if (cell.recovered_eights > 0) prefetch_range(s.packed_recovered + recovered * packed_recovered_stride, 128);
+    prefetch_list(s.packed_lists, packed_stride, cell);
+    if (cell.recovered_eights > 0) prefetch_range(s.packed_recovered + recovered * packed_recovered_stride, 64);
   } else {
-    prefetch_range(s.wide_lists + list * wide_stride, blocks * wide_stride * sizeof(float));
-    if (cell.recovered_eights > 0) prefetch_range(s.wide_recovered + recovered * wide_recovered_stride, 320);
+    prefetch_list(s.wide_lists, wide_stride, cell);
+    if (cell.recovered_eights > 0) prefetch_range(s.wide_recovered + recovered * wide_recovered_stride, 160);
   }
 }
 
@@ -231,12 +238,12 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   store16(lanes.model[1], p1);
   store16(lanes.model[2], p2);
   const F16 p0 = sign * value + slack;
-  // The record's counts: list_eights in the low half of number 13, recovered_eights in the high half; then its kind.
-  I16 counts, kind;
-  __builtin_memcpy(&counts, lanes.record[13], sizeof counts);
-  __builtin_memcpy(&kind, lanes.record[15], sizeof kind);
+  // Number 13 of the record is list_bits, 15 recovered_eights in the low half, place, and kind in the highest byte.
+  I16 list_bits, last;
+  __builtin_memcpy(&list_bits, lanes.record[13], sizeof list_bits);
+  __builtin_memcpy(&last, lanes.record[15], sizeof last);
   const I16 none = splat_int(0);
-  const I16 no_main = equal(counts & 0xffff, none), no_recovered = equal((counts >> 16) & 0xffff, none);
+  const I16 no_main = equal(list_bits, none), no_recovered = equal(last & 0xffff, none);
   const F16 from = max_of(low, select(no_main, load16(lanes.clear_recovered), load16(lanes.clear_main)));
   const F16 zero = splat(0.0f);
   const F16 at_from = p0 + from * (p1 + from * p2), at_high = p0 + high * (p1 + high * p2);
@@ -248,7 +255,7 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   // From outside either field may be met, from inside the main one has to be left. Where there is no main field the
   // model bounds the other one.
   const I16 look = select(inside, no_main | main, main | ((no_main | no_recovered) ^ -1));
-  return lane_bits(look | equal(kind, splat_int(static_cast<std::int32_t>(SurfaceCellKind::split))));
+  return lane_bits(look | equal(last >> 24, splat_int(static_cast<std::int32_t>(SurfaceCellKind::split))));
 }
 
 /// Looks for the crossing in the near cell of one lane.

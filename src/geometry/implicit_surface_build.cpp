@@ -151,7 +151,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   view.recovered_inverse_threshold = 1.0f / model.recover_threshold;
   view.recovered_inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.recover_radius));
   view.inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.influence_radius));
-  view.lattice = {static_cast<float>(plan.units_per_grid), static_cast<float>(plan.bias)};
+  view.lattice = plan.lattice;
   view.recovered_lattice = plan.recovered_lattice;
   view.kernel = model.kernel;
   view.normal = model.normal;

@@ -234,7 +234,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
   // where the other sheet has to be left as well, that one is where its field says.
   const bool main_start = start.on_surface && start.clear_main == 0.0f && !(inside && start.sheet == 1);
   const bool recovered_start = start.on_surface && start.clear_recovered == 0.0f && !(inside && start.sheet == 0);
-  const bool has_main = cell.list_eights > 0;
+  const bool has_main = cell.list_bits != 0;
   const bool has_recovered = cell.recovered_eights > 0;
   // first_crossing may leave the last steps to fill_hit, but where the two fields cross close to each other their order
   // is told by the exact places alone.

@@ -1,12 +1,14 @@
 #pragma once
 
+#include <type_traits>
+
 #include "geometry/implicit_surface.h"
 #include "geometry/kernel_lanes.h"
 #include "math/lanes.h"
 
 namespace embrun {
 
-// The exact fields of one cell: loops over the cell's lists. `y` is relative to the cell's centre and all
+// The exact fields of one cell: loops over the particles felt in it. `y` is relative to the cell's centre and all
 // lengths are grid units. Fields are relative: g = D/T - 1 and g' = D'/T' - 1, positive inside.
 
 /// The two fields whose larger one makes the surface.
@@ -28,19 +30,19 @@ struct FieldNormals {
   float rise, fall;  ///< -fall <= g'' <= rise in every direction, within the distance asked for
 };
 
+/// The same vector in all lanes of a register.
+struct VecLanes {
+  RegisterLanes x, y, z;
+
+  EMBRUN_FN explicit VecLanes(Vec3 v) : x(v.x), y(v.y), z(v.z) {}
+};
+
 /// As many particles of a list as a register holds, relative to a point, in units of their influence radii.
 struct ParticleLanes {
   RegisterLanes x, y, z;
   RegisterLanes inverse_influence;
   RegisterLanes weight;  ///< of the recovered branch
 };
-
-/// How many of those a cell's list makes.
-template <SurfaceBranch branch>
-EMBRUN_FN int group_count(const SurfaceCell& cell) {
-  const int eights = branch == SurfaceBranch::main ? cell.list_eights : cell.recovered_eights;
-  return (8 * eights + register_lanes - 1) / register_lanes;
-}
 
 /// 1/b of all particles, or 1/b' of the recovered ones, where radii are equal.
 template <SurfaceBranch branch>
@@ -56,52 +58,129 @@ EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_threshold : s.recovered_inverse_threshold;
 }
 
-/// Group `i` of the cell's list, relative to `origin` in the coordinates of lists.
+/// A point of the cell as FeltParticles wants it: in influence radii from the lattice's zero, or in grid units from the
+/// middle of the list's box where radii differ.
 template <SurfaceBranch branch, bool equal_radii>
-EMBRUN_FN ParticleLanes load_group(const ImplicitSurfaceView& s, const SurfaceCell& cell, int i, Vec3 origin) {
-  constexpr bool recovered = branch == SurfaceBranch::recovered;
-  constexpr int groups = 16 / register_lanes;  // of a block
-  const std::size_t block =
-      static_cast<std::size_t>(recovered ? cell.recovered : cell.list) + static_cast<std::size_t>(i / groups);
-  const std::size_t first = static_cast<std::size_t>(i % groups) * std::size_t{register_lanes};
-  const auto load = [](const auto* from) { return load_lanes<RegisterLanes>(from); };
-  ParticleLanes p;
-  if constexpr (equal_radii) {
-    constexpr std::size_t stride = recovered ? packed_recovered_stride : packed_stride;
-    const std::uint16_t* list = (recovered ? s.packed_recovered : s.packed_lists) + block * stride + first;
-    p.inverse_influence = RegisterLanes(equal_inverse_influence<branch>(s));
-    const float scale = equal_inverse_influence<branch>(s) / lattice<branch>(s).per_cell;
-    p.x = load(list) * scale - origin.x;
-    p.y = load(list + 16) * scale - origin.y;
-    p.z = load(list + 32) * scale - origin.z;
-    if constexpr (recovered) p.weight = load(list + 48) * (1.0f / 65535.0f);
-  } else {
-    constexpr std::size_t stride = recovered ? wide_recovered_stride : wide_stride;
-    const float* list = (recovered ? s.wide_recovered : s.wide_lists) + block * stride + first;
-    p.inverse_influence = load(list + 48);
-    p.x = (load(list) - origin.x) * p.inverse_influence;
-    p.y = (load(list + 16) - origin.y) * p.inverse_influence;
-    p.z = (load(list + 32) - origin.z) * p.inverse_influence;
-    if constexpr (recovered) p.weight = load(list + 64);
-  }
-  return p;
-}
-
-/// A point of the cell as load_group wants it: in influence radii from the lattice's zero, or as it is where radii differ.
-template <SurfaceBranch branch, bool equal_radii>
-EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, Vec3 y) {
+EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
+  // A cell has its recovered particles for itself.
+  const Vec3 from_middle = branch == SurfaceBranch::main ? y + cell.place.offset() : y;
   if constexpr (equal_radii) {
     const float radii = equal_inverse_influence<branch>(s);
-    const float shift = (lattice<branch>(s).bias / lattice<branch>(s).per_cell + 0.5f) * radii;
-    return y * radii + Vec3{shift, shift, shift};
+    const float shift = lattice<branch>(s).middle / lattice<branch>(s).per_cell * radii;
+    return from_middle * radii + Vec3{shift, shift, shift};
   } else {
-    return y;
+    return from_middle;
   }
 }
+
+/// A coordinate for lanes without a particle.
+inline constexpr int far_away = 1000000000;
+
+/// The particles of one field that are felt in a cell, a register of them at a time, relative to a point.
+template <SurfaceBranch branch, bool equal_radii>
+class FeltParticles {
+ public:
+  EMBRUN_FN FeltParticles(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y)
+      : scale_(equal_inverse_influence<branch>(s) / lattice<branch>(s).per_cell),
+        origin_(list_coordinates<branch, equal_radii>(s, cell, y)) {
+    lanes_.inverse_influence = RegisterLanes(equal_inverse_influence<branch>(s));
+    if constexpr (equal_radii) {
+      lists_ = recovered ? s.packed_recovered : s.packed_lists;
+    } else {
+      lists_ = recovered ? s.wide_recovered : s.wide_lists;
+    }
+    if constexpr (recovered) {
+      lists_ += cell.recovered * stride;
+      left_ = cell.recovered_eights;
+    } else {
+      lists_ += cell.list * stride;
+      bits_ = list_bits_ = cell.list_bits;
+      passes_ = 1 << cell.place.eights_log2();
+      part_stride_ = static_cast<std::size_t>(passes_) * stride;
+    }
+  }
+
+  /// The next ones; false when there are no more.
+  EMBRUN_FN bool next(ParticleLanes& p) {
+    const Number* from;
+    if constexpr (register_lanes >= 8) {
+      if (!next_eight(from)) return false;
+    } else {
+      if (in_eight_ == 0 && !next_eight(at_)) return false;
+      from = at_ + in_eight_;
+      in_eight_ = (in_eight_ + register_lanes) % 8;
+    }
+    if constexpr (register_lanes == 16) {
+      const Number* second = nullptr;
+      next_eight(second);
+      load([&](int attribute, int none) {
+        return load_two_eights(from + 8 * attribute, second != nullptr ? second + 8 * attribute : nullptr, none);
+      });
+    } else {
+      load([&](int attribute, int) { return load_lanes<RegisterLanes>(from + 8 * attribute); });
+    }
+    p = lanes_;
+    return true;
+  }
+
+ private:
+  static constexpr bool recovered = branch == SurfaceBranch::recovered;
+  static constexpr std::size_t stride = equal_radii ? recovered ? packed_recovered_stride : packed_stride
+                                        : recovered ? wide_recovered_stride
+                                                    : wide_stride;
+  using Number = std::conditional_t<equal_radii, std::uint16_t, float>;
+
+  EMBRUN_FN bool next_eight(const Number*& eight) {
+    if constexpr (recovered) {
+      if (left_ == 0) return false;
+      --left_;
+      eight = lists_;
+      lists_ += stride;
+    } else {
+      // First the first eights of all parts, then the second ones: nearly always a part has but one.
+      if (bits_ == 0) {
+        if (--passes_ <= 0) return false;
+        lists_ += stride;
+        bits_ = list_bits_;
+      }
+      eight = lists_ + static_cast<std::size_t>(lowest_bit(bits_)) * part_stride_;
+      bits_ &= bits_ - 1;
+    }
+    return true;
+  }
+
+  /// `attribute` gives a register of an attribute by its number in the lists, and by what stands for no particle there.
+  template <class Attribute>
+  EMBRUN_FN void load(const Attribute& attribute) {
+    if constexpr (equal_radii) {
+      lanes_.x = attribute(0, 65535) * scale_ - origin_.x;
+      lanes_.y = attribute(1, 65535) * scale_ - origin_.y;
+      lanes_.z = attribute(2, 65535) * scale_ - origin_.z;
+      if constexpr (recovered) lanes_.weight = attribute(3, 0) * (1.0f / 65535.0f);
+    } else {
+      lanes_.inverse_influence = attribute(3, 1);
+      lanes_.x = (attribute(0, far_away) - origin_.x) * lanes_.inverse_influence;
+      lanes_.y = (attribute(1, far_away) - origin_.y) * lanes_.inverse_influence;
+      lanes_.z = (attribute(2, far_away) - origin_.z) * lanes_.inverse_influence;
+      if constexpr (recovered) lanes_.weight = attribute(4, 0);
+    }
+  }
+
+  const Number* lists_ = nullptr;
+  const Number* at_ = nullptr;  ///< where registers hold fewer than eight: the eight, and
+  int in_eight_ = 0;            ///< where in it
+  int left_ = 0;
+  std::uint32_t bits_ = 0, list_bits_ = 0;
+  int passes_ = 0;
+  std::size_t part_stride_ = 0;
+  RegisterLanes scale_;
+  VecLanes origin_;
+  ParticleLanes lanes_;
+};
 
 /// Of the line along the unit vector `d` through the point, from the particles; `ahead` is p . d. Not |p|^2 - ahead^2: a
 /// small particle is hundreds of its radii away, and nothing would be left of the difference.
-EMBRUN_FN RegisterLanes squared_distance_of_line(const ParticleLanes& p, RegisterLanes ahead, Vec3 d) {
+EMBRUN_FN RegisterLanes squared_distance_of_line(const ParticleLanes& p, RegisterLanes ahead, const VecLanes& d) {
   const RegisterLanes x = p.x - ahead * d.x, y = p.y - ahead * d.y, z = p.z - ahead * d.z;
   return x * x + y * y + z * z;
 }
@@ -137,8 +216,8 @@ struct LineSums {
     const float scale = inverse_threshold<branch>(s);
     const float per_radius = scaled_after ? s.inverse_influence : 1.0f;
     const float first = scale * per_radius, second = first * per_radius;
-    return {sum_lanes(value) * scale - 1.0f, sum_lanes(slope) * first, sum_lanes(up) * second,
-            sum_lanes(down) * second};
+    const LaneSums sum = sum_lanes(value, slope, up, down);
+    return {sum.of[0] * scale - 1.0f, sum.of[1] * first, sum.of[2] * second, sum.of[3] * second};
   }
 };
 
@@ -150,12 +229,12 @@ enum class BoundsFor {
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii, BoundsFor bounds>
 EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
-                                          const Vec3& d, float begin, float end) {
-  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
+                                          const Vec3& direction, float begin, float end) {
+  const VecLanes d(direction);
   LineSums<branch, equal_radii> sum;
-  const int groups = group_count<branch>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+  FeltParticles<branch, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
     const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
     const RegisterLanes aside =
@@ -172,11 +251,10 @@ EMBRUN_LOCAL_FN FieldOnLine field_on_line(const ImplicitSurfaceView& s, const Su
 
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y) {
-  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
   RegisterLanes value = RegisterLanes(0.0f);
-  const int groups = group_count<branch>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+  FeltParticles<branch, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     RegisterLanes f = KernelLanes<kernel>::value(p.x * p.x + p.y * p.y + p.z * p.z);
     if constexpr (branch == SurfaceBranch::recovered) f = f * p.weight;
     value += f;
@@ -188,11 +266,10 @@ EMBRUN_LOCAL_FN float field_value(const ImplicitSurfaceView& s, const SurfaceCel
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii, bool bounded>
 EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
                                            [[maybe_unused]] float within) {
-  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
   RegisterLanes wx = RegisterLanes(0.0f), wy = wx, wz = wx, gx = wx, gy = wx, gz = wx, rise = wx, fall = wx, sum = wx;
-  const int groups = group_count<branch>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+  FeltParticles<branch, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
     RegisterLanes value, pull, inverse;
     KernelLanes<kernel>::value_and_pull(q, value, pull, inverse);
@@ -216,23 +293,25 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
     gx -= pull * p.x, gy -= pull * p.y, gz -= pull * p.z;
   }
   const float scale = inverse_threshold<branch>(s);
-  return {sum_lanes(sum) * scale - 1.0f,
-          {sum_lanes(wx), sum_lanes(wy), sum_lanes(wz)},
-          Vec3{sum_lanes(gx), sum_lanes(gy), sum_lanes(gz)} * scale,
-          sum_lanes(rise) * scale,
-          sum_lanes(fall) * scale};
+  const LaneSums w = sum_lanes(wx, wy, wz, sum);
+  const LaneSums g = bounded ? sum_lanes(gx, gy, gz, rise) : sum_lanes(gx, gy, gz, RegisterLanes(0.0f));
+  return {w.of[3] * scale - 1.0f,
+          {w.of[0], w.of[1], w.of[2]},
+          Vec3{g.of[0], g.of[1], g.of[2]} * scale,
+          g.of[3] * scale,
+          bounded ? sum_lanes(fall) * scale : 0.0f};
 }
 
-/// The field and its derivative along the unit vector `d`, with bounds that hold within the distance `within` in every
+/// The field and its derivative along the unit vector `direction`, with bounds that hold within the distance `within` in every
 /// direction.
 template <Kernel kernel, SurfaceBranch branch, bool equal_radii>
 EMBRUN_LOCAL_FN FieldOnLine field_around(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
-                                         const Vec3& d, float within) {
-  const Vec3 origin = list_coordinates<branch, equal_radii>(s, y);
+                                         const Vec3& direction, float within) {
+  const VecLanes d(direction);
   LineSums<branch, equal_radii> sum;
-  const int groups = group_count<branch>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<branch, equal_radii>(s, cell, i, origin);
+  FeltParticles<branch, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     const RegisterLanes q = p.x * p.x + p.y * p.y + p.z * p.z;
     RegisterLanes f, pull, inverse;
     KernelLanes<kernel>::value_and_pull(q, f, pull, inverse);
@@ -246,12 +325,12 @@ EMBRUN_LOCAL_FN FieldOnLine field_around(const ImplicitSurfaceView& s, const Sur
 /// Bound on D'/T' from `low` to `high` along a line: each particle at its nearest.
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN float most_recovered(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
-                                     const Vec3& d, float low, float high) {
-  const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
+                                     const Vec3& direction, float low, float high) {
+  const VecLanes d(direction);
   RegisterLanes most = RegisterLanes(0.0f);
-  const int groups = group_count<SurfaceBranch::recovered>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
+  FeltParticles<SurfaceBranch::recovered, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
     const RegisterLanes nearest = max_of(min_of(ahead, p.inverse_influence * high), p.inverse_influence * low);
     most += KernelLanes<kernel>::value(squared_distance_of_line(p, nearest, d)) * p.weight;
@@ -268,23 +347,21 @@ struct RecoveredSpan {
 
 template <Kernel kernel, bool equal_radii>
 EMBRUN_LOCAL_FN RecoveredSpan recovered_span(const ImplicitSurfaceView& s, const SurfaceCell& cell, const Vec3& y,
-                                             const Vec3& d) {
+                                             const Vec3& direction) {
+  const VecLanes d(direction);
   constexpr float support = kernel == Kernel::blinn ? blinn_support : 1.0f;
-  const Vec3 origin = list_coordinates<SurfaceBranch::recovered, equal_radii>(s, y);
   const RegisterLanes nowhere = RegisterLanes(infinity), before = RegisterLanes(-infinity), zero = RegisterLanes(0.0f);
   const RegisterLanes edge = RegisterLanes(support * support), ball = RegisterLanes(0.25f);
   RegisterLanes begin = nowhere, end = before, entry = nowhere, exit = before, total = zero, moment = zero;
-  const int groups = group_count<SurfaceBranch::recovered>(cell);
-  for (int i = 0; i < groups; ++i) {
-    const ParticleLanes p = load_group<SurfaceBranch::recovered, equal_radii>(s, cell, i, origin);
+  FeltParticles<SurfaceBranch::recovered, equal_radii> particles(s, cell, y);
+  ParticleLanes p;
+  while (particles.next(p)) {
     const RegisterLanes ahead = p.x * d.x + p.y * d.y + p.z * d.z;
     const RegisterLanes beside = squared_distance_of_line(p, ahead, d);
     const RegisterLanes radius = 1.0f / p.inverse_influence;
-    const RegisterLanes chord = max_of(edge - beside, RegisterLanes(1e-12f));
-    const RegisterLanes half = chord * rsqrt_of(chord);
+    const RegisterLanes half = sqrt_of(max_of(edge - beside, zero));
     // A lone particle's ball has half its influence radius.
-    const RegisterLanes ball_chord = max_of(ball - beside, RegisterLanes(1e-12f));
-    const RegisterLanes ball_half = ball_chord * rsqrt_of(ball_chord);
+    const RegisterLanes ball_half = sqrt_of(max_of(ball - beside, zero));
     begin = min_of(begin, select_less(beside, edge, (ahead - half) * radius, nowhere));
     end = max_of(end, select_less(beside, edge, (ahead + half) * radius, before));
     entry = min_of(entry, select_less(beside, ball, (ahead - ball_half) * radius, nowhere));

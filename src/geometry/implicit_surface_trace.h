@@ -45,7 +45,7 @@ EMBRUN_LOCAL_FN bool contains_grid_point(const ImplicitSurfaceView& s, const Vec
   }
   if (cell->kind != SurfaceCellKind::near) return cell->kind == SurfaceCellKind::inside;
   const Vec3 y = p - center;
-  if (cell->list_eights > 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
+  if (cell->list_bits != 0 && field_value<kernel, SurfaceBranch::main, equal_radii>(s, *cell, y) > 0.0f) return true;
   return cell->recovered_eights > 0 && field_value<kernel, SurfaceBranch::recovered, equal_radii>(s, *cell, y) > 0.0f;
 }
 

@@ -49,21 +49,19 @@ struct KernelLanes<Kernel::metaball> {
   static constexpr float rough_error = 0.75f * 6.6e-4f;
   template <class F>
   static EMBRUN_FN F value_beyond_core(F q) {
-    const F outer = max_of(1.0f - q * rough_rsqrt_of(q), F(0.0f));
+    const F outer = max_of(1.0f - rough_sqrt_of(q), F(0.0f));
     return 1.5f * outer * outer;
   }
   template <class F>
   static EMBRUN_FN F rough_value(F q) {
-    const F safe = max_of(q, F(1e-12f));
-    const F u = safe * rough_rsqrt_of(safe);
+    const F u = rough_sqrt_of(max_of(q, F(1e-12f)));
     const F outer = max_of(1.0f - u, F(0.0f));
     const F inner = max_of(1.0f - 3.0f * u, F(0.0f));
     return 1.5f * outer * outer - 0.5f * inner * inner;
   }
   template <class F>
   static EMBRUN_FN F value(F q) {
-    const F safe = max_of(q, F(1e-12f));
-    const F u = safe * rsqrt_of(safe);
+    const F u = sqrt_of(q);
     const F outer = max_of(1.0f - u, F(0.0f));
     const F core = max_of(1.0f - 3.0f * u, F(0.0f));
     return 1.5f * outer * outer - 0.5f * core * core;
@@ -72,9 +70,8 @@ struct KernelLanes<Kernel::metaball> {
   /// at most 3(1 - h^2), at least -3(1/h - 1), which the chord 2.25(1 - h^2) bounds; in the core it is -6.
   template <class F>
   static EMBRUN_FN LineLanes<F> on_line(F q, F ahead, F aside) {
-    const F safe = max_of(q, F(1e-12f));
-    const F inverse = rsqrt_of(safe);
-    const F u = safe * inverse;
+    const F u = sqrt_of(max_of(q, F(1e-12f)));
+    const F inverse = 1.0f / u;
     const F outer = max_of(1.0f - u, F(0.0f));
     const F core = max_of(1.0f - 3.0f * u, F(0.0f));
     const F beside = max_of(1.0f - aside, F(0.0f));
@@ -83,7 +80,7 @@ struct KernelLanes<Kernel::metaball> {
   }
   /// The same with bounds for the part of the line from `begin` to `end` (distances from the point) only, which are
   /// far tighter where that is short: f'' outside the core grows with u, so its extremes are at the part's nearest
-  /// and farthest point from the centre. u^-3 = q^-1.5 is bounded by chords above and by tangents below (convex).
+  /// and farthest point from the centre.
   template <class F>
   static EMBRUN_FN LineLanes<F> on_segment(F q, F ahead, F aside, F begin, F end) {
     LineLanes<F> f = on_line(q, ahead, aside);
@@ -92,10 +89,12 @@ struct KernelLanes<Kernel::metaball> {
     const F gap = max_of(max_of(to_begin, 0.0f - to_end), zero);
     const F q_near = aside + gap * gap;
     const F q_far = min_of(aside + max_of(to_begin * to_begin, to_end * to_end), one);
-    const F above = max_of(max_of(42.2f - 136.8f * q_near, 13.172f - 20.686f * q_near), 4.657f - 3.6568f * q_near);
-    const F below = max_of(max_of(20.0f - 48.0f * q_far, 7.071f - 8.4853f * q_far), 2.5f - 1.5f * q_far);
-    const F down = select_less(q_near, F(1.0f / 9.0f), F(6.0f), 3.0f * (aside * above) - 3.0f);
-    const F up = 3.0f - 3.0f * (aside * below);
+    const F nearest = max_of(q_near, F(1.0f / 9.0f)), farthest = max_of(q_far, F(1e-12f));
+    const F near_cube = nearest * sqrt_of(nearest), far_cube = farthest * sqrt_of(farthest);
+    // One division for both; more than it rounds is added.
+    const F share = 3.0f * aside / (near_cube * far_cube);
+    const F down = select_less(q_near, F(1.0f / 9.0f), F(6.0f), share * far_cube - (3.0f - 1e-5f));
+    const F up = (3.0f + 1e-5f) - share * near_cube;
     f.down = select_less(q_near, one, min_of(max_of(down, zero), f.down), zero);
     f.up = select_less(q_near, one, max_of(up, zero), zero);
     return f;
@@ -104,20 +103,16 @@ struct KernelLanes<Kernel::metaball> {
   /// are 3 (radial) and -3(1/u - 1) (across); in it all are -6.
   template <class F>
   static EMBRUN_FN CurvatureLanes<F> curvature_within(F u, F h) {
-    // 1/u is convex: its chords between u = 1/3, 1/2, 0.7 and 1 bound it from above.
     const F nearest = max_of(u - h, F(1.0f / 3.0f));
-    const F inner = 12.0f - 18.0f * nearest;
-    const F middle = 7.28572f - 8.571428f * nearest;
-    const F outer = 4.285716f - 4.285714f * nearest;
-    const F down = max_of(max_of(inner, middle), max_of(outer, F(0.0f)));
+    // More than it rounds is added.
+    const F down = max_of(3.0f / nearest - (3.0f - 1e-5f), F(0.0f));
     return {down, select_less(nearest, F(1.0f), F(3.0f), F(0.0f))};
   }
   /// f and -f'(u)/u.
   template <class F>
   static EMBRUN_FN void value_and_pull(F q, F& value, F& pull, F& inverse) {
-    const F safe = max_of(q, F(1e-12f));
-    inverse = rsqrt_of(safe);
-    const F u = safe * inverse;
+    const F u = sqrt_of(max_of(q, F(1e-12f)));
+    inverse = 1.0f / u;
     const F outer = max_of(1.0f - u, F(0.0f));
     const F core = max_of(1.0f - 3.0f * u, F(0.0f));
     value = 1.5f * outer * outer - 0.5f * core * core;

@@ -24,10 +24,10 @@ float median_volume_radius(std::span<const float> radii) {
   return sorted.back();
 }
 
-/// 16 bits hold the support on both sides of a cell, and a value beyond it for empty lanes.
-ListLattice list_lattice(double reach_in_cells) {
-  const double per_cell = std::floor(65400.0 / (2.0 * reach_in_cells + 1.0));
-  return {static_cast<float>(per_cell), static_cast<float>(std::ceil(reach_in_cells * per_cell) + 8.0)};
+/// 16 bits hold the support on all sides of a box of `side` cells, and a value beyond it for empty lanes.
+ListLattice list_lattice(double reach_in_cells, double side) {
+  const double per_cell = std::floor(65400.0 / (2.0 * reach_in_cells + side));
+  return {static_cast<float>(per_cell), static_cast<float>(std::ceil((reach_in_cells + 0.5 * side) * per_cell) + 8.0)};
 }
 
 }  // namespace
@@ -67,14 +67,12 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
   }
 
   plan.units_per_grid = 1.0;
-  plan.bias = 0.0;
-  plan.recovered_lattice = {1.0f, 0.0f};
+  plan.lattice = plan.recovered_lattice = {1.0f, 0.0f};
   const double reach_in_cells = support * static_cast<double>(model.influence_radius) / plan.cell_size;
   if (plan.equal_radii) {
-    const ListLattice lattice = list_lattice(reach_in_cells);
-    plan.units_per_grid = static_cast<double>(lattice.per_cell);
-    plan.bias = static_cast<double>(lattice.bias);
-    plan.recovered_lattice = list_lattice(support * static_cast<double>(model.recover_radius) / plan.cell_size);
+    plan.lattice = list_lattice(reach_in_cells, brick_side);
+    plan.units_per_grid = static_cast<double>(plan.lattice.per_cell);
+    plan.recovered_lattice = list_lattice(support * static_cast<double>(model.recover_radius) / plan.cell_size, 1.0);
   }
   plan.frame = {model.kernel,
                 plan.equal_radii,

@@ -12,6 +12,8 @@
 namespace embrun {
 
 inline constexpr int tile_side = 4;
+/// Cells a side of a brick, whose near cells share a list.
+inline constexpr int brick_side = 2;
 inline constexpr std::size_t tile_cells = 64;
 
 /// The grid and the particles sorted into it. Lengths in list units: lattice steps when radii are equal (an integer
@@ -23,8 +25,7 @@ struct GridPlan {
   int cells[3];
   bool equal_radii;
   double units_per_grid;  ///< list units a grid unit
-  double bias;            ///< lattice coordinate of a cell's low corner in its own list
-  ListLattice recovered_lattice;
+  ListLattice lattice, recovered_lattice;
   double target;  ///< cells larger than this many grid units are split where the surface is
   CellFrame frame;
 };

@@ -1,8 +1,9 @@
 #include "geometry/surface_tile_builder.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 #include "base/error.h"
 #include "geometry/kernels.h"
@@ -17,6 +18,25 @@ std::size_t longest_unsplit_list(float influence_factor) {
   return static_cast<std::size_t>(std::max(32.0f, 2.5f * influence_factor * influence_factor));
 }
 constexpr int deepest_split = 12;
+
+/// Eights of particles that a list may have: far more than any that is of use.
+constexpr std::size_t most_eights = 65535;
+
+constexpr std::uint32_t no_entry = 0xffffffffu;
+
+/// A cell of a tile by its brick and its number there.
+int brick_cell(int brick, int in_brick) {
+  const int x = 2 * (brick & 1) + (in_brick & 1), y = (brick & 2) + (in_brick >> 1 & 1),
+            z = brick / 4 * 2 + in_brick / 4;
+  return z * 16 + y * 4 + x;
+}
+
+/// How many eights a part of a list has, so that a cell's bits are enough for all parts.
+int part_log2(std::size_t eights) {
+  int log2 = 0;
+  while ((std::size_t{32} << log2) < eights) ++log2;
+  return log2;
+}
 
 }  // namespace
 
@@ -48,15 +68,13 @@ void TileBuilder::build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile
   const std::size_t in_tile = loops_.gather(plan_.frame, all_.arrays(), count, Vec3{2 * unit, 2 * unit, 2 * unit},
                                             2 * unit, tile_.with_room(count));
   for (int brick = 0; brick < 8; ++brick) {
-    const int bx = 2 * (brick & 1), by = brick & 2, bz = (brick & 4) / 2;
-    const Vec3 brick_center =
-        Vec3{static_cast<float>(bx + 1), static_cast<float>(by + 1), static_cast<float>(bz + 1)} * unit;
+    const Vec3 brick_center = brick_middle(brick);
     const std::size_t in_brick =
         loops_.gather(plan_.frame, tile_.arrays(), in_tile, brick_center, unit, brick_.with_room(in_tile));
     take_box_recovered(tile_recovered_, brick_center * (1.0f / unit), 1.0f, brick_recovered_);
-    for (int i = 0; i < 8; ++i) {
-      examine_top_cell((bz + (i >> 2)) * 16 + (by + ((i >> 1) & 1)) * 4 + bx + (i & 1), in_brick, piece, tile);
-    }
+    marks_.assign(in_brick, 0);
+    for (int i = 0; i < 8; ++i) examine_top_cell(brick_cell(brick, i), i, in_brick, piece, tile);
+    write_brick_list(piece, brick, in_brick);
   }
   // Records in the order of the cells in the tile, so that a rank in near_mask finds them; then the splits' children.
   std::vector<Pending> splits;
@@ -78,6 +96,13 @@ Vec3 TileBuilder::cell_center(int cell) const {
   const auto unit = static_cast<float>(plan_.units_per_grid);
   return Vec3{static_cast<float>(cell & 3) + 0.5f, static_cast<float>((cell >> 2) & 3) + 0.5f,
               static_cast<float>(cell >> 4) + 0.5f} *
+         unit;
+}
+
+Vec3 TileBuilder::brick_middle(int brick) const {
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  return Vec3{static_cast<float>(2 * (brick & 1) + 1), static_cast<float>((brick & 2) + 1),
+              static_cast<float>(brick / 4 * 2 + 1)} *
          unit;
 }
 
@@ -177,7 +202,8 @@ float TileBuilder::take_box_recovered(const std::vector<RecoveredParticle>& from
   return most;
 }
 
-void TileBuilder::examine_top_cell(int index, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile) {
+void TileBuilder::examine_top_cell(int index, int in_its_brick, std::size_t in_brick, SurfacePiece& piece,
+                                   SurfaceTile& tile) {
   const auto unit = static_cast<float>(plan_.units_per_grid);
   const Vec3 center = cell_center(index);
   SurfaceCell& record = records_[static_cast<std::size_t>(index)];
@@ -189,7 +215,13 @@ void TileBuilder::examine_top_cell(int index, std::size_t in_brick, SurfacePiece
     if (wants_split(record, 1.0, listed)) {
       record.kind = SurfaceCellKind::split;
     } else {
-      finish_leaf(piece, record, center, listed);
+      ++piece.near_leaves;
+      if (is_main(record)) {
+        piece.list_entries += listed;
+        loops_.mark(plan_.frame, brick_.arrays(), in_brick, center, 0.5f * unit,
+                    static_cast<std::uint8_t>(1 << in_its_brick), marks_.data());
+      }
+      write_recovered(piece, record, center);
     }
   } else if (record.kind == SurfaceCellKind::inside) {
     tile.inside_mask |= std::uint64_t{1} << index;
@@ -200,7 +232,7 @@ void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std
                           SurfaceCell& record) {
   record = {};
   loops_.examine(plan_.frame, cell_.arrays(), listed, nearer_.with_room(listed), center, half, record);
-  if (record.kind == SurfaceCellKind::near) record.list_eights = 1;  // finish_leaf counts
+  if (record.kind == SurfaceCellKind::near) record.list_bits = 1;  // until its list is written
   cell_recovered_.clear();
   if (record.kind == SurfaceCellKind::inside || from.empty()) return;
   const float to_grid = 1.0f / static_cast<float>(plan_.units_per_grid);
@@ -284,7 +316,7 @@ std::size_t TileBuilder::regather(Vec3 center, float half, std::size_t in_tile) 
   return loops_.gather(plan_.frame, tile_.arrays(), in_tile, center, half, cell_.with_room(in_tile));
 }
 
-bool TileBuilder::is_main(const SurfaceCell& record) const { return record.list_eights > 0; }
+bool TileBuilder::is_main(const SurfaceCell& record) const { return record.list_bits != 0; }
 
 bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_t listed) {
   if (size > 1.01 * plan_.target) return true;
@@ -321,113 +353,196 @@ void TileBuilder::divide(SurfacePiece& piece, const Pending& split, std::size_t 
       if (split.depth + 1 < deepest_split && wants_split(record, size, listed)) {
         splits.push_back({first + i, center, half, split.depth + 1});
       } else {
-        finish_leaf(piece, record, center, listed);
+        ++piece.near_leaves;
+        if (is_main(record)) write_own_list(piece, record, center, listed);
+        write_recovered(piece, record, center);
       }
     }
     piece.cells[first + i] = record;
   }
 }
 
-void TileBuilder::finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed) {
-  ++piece.near_leaves;
-  if (is_main(record)) {
-    const std::size_t blocks = (listed + 15) / 16;
-    if (2 * blocks > std::numeric_limits<std::uint16_t>::max()) {
-      throw Error("too many particles overlap one place: the neighbourhood order or the radii are too large");
-    }
-    record.list_eights = static_cast<std::uint16_t>((listed + 7) / 8);
-    piece.list_entries += listed;
-    if (plan_.equal_radii) {
-      record.list = static_cast<std::uint32_t>(piece.packed.size() / packed_stride);
-      write_packed(piece, center, listed, blocks);
-    } else {
-      record.list = static_cast<std::uint32_t>(piece.wide.size() / wide_stride);
-      write_wide(piece, center, listed, blocks);
-    }
+void TileBuilder::order_brick(std::size_t in_brick) {
+  order_.clear();
+  eight_marks_.clear();
+  std::uint32_t left[256] = {}, next[256];
+  for (std::size_t i = 0; i < in_brick; ++i) ++left[marks_[i]];
+  std::uint32_t begin = 0;
+  std::vector<std::uint8_t>& marks = distinct_marks_;
+  marks.clear();
+  for (int mark = 0; mark < 256; ++mark) {
+    next[mark] = begin;
+    begin += left[mark];
+    if (mark > 0 && left[mark] > 0) marks.push_back(static_cast<std::uint8_t>(mark));
   }
-  if (!cell_recovered_.empty()) {
-    const std::size_t blocks = (cell_recovered_.size() + 15) / 16;
-    if (2 * blocks > std::numeric_limits<std::uint16_t>::max()) {
-      throw Error("too many lone particles overlap one place: the radii are too large");
+  by_mark_.resize(in_brick);
+  for (std::size_t i = 0; i < in_brick; ++i) by_mark_[next[marks_[i]]++] = static_cast<std::uint32_t>(i);
+  const auto take = [&](std::uint8_t mark, std::uint32_t count) {
+    // Behind `next` are those that are left.
+    for (std::uint32_t i = 0; i < count; ++i) order_.push_back(by_mark_[next[mark] - left[mark] + i]);
+    left[mark] -= count;
+  };
+  for (const std::uint8_t mark : marks) {
+    const std::uint32_t whole = left[mark] / 8;
+    take(mark, 8 * whole);
+    eight_marks_.insert(eight_marks_.end(), whole, mark);
+  }
+  // The rest: an eight begins with what most cells feel, and goes on with what adds fewest cells to it and, of that, wants
+  // most of those it has.
+  std::stable_sort(marks.begin(), marks.end(),
+                   [](std::uint8_t a, std::uint8_t b) { return std::popcount(a) > std::popcount(b); });
+  for (;;) {
+    std::erase_if(marks, [&](std::uint8_t mark) { return left[mark] == 0; });
+    if (marks.empty()) break;
+    std::uint8_t together = marks.front();
+    std::uint32_t room = 8 - left[together];
+    take(together, left[together]);
+    while (room > 0) {
+      int least = 100;
+      std::uint8_t best = 0;
+      for (const std::uint8_t mark : marks) {
+        if (left[mark] == 0) continue;
+        const int cost = 9 * std::popcount(static_cast<unsigned>(mark & ~together)) +
+                         std::popcount(static_cast<unsigned>(together & ~mark));
+        if (cost < least) {
+          least = cost;
+          best = mark;
+        }
+      }
+      if (best == 0) break;
+      const std::uint32_t count = std::min(room, left[best]);
+      take(best, count);
+      room -= count;
+      together = static_cast<std::uint8_t>(together | best);
     }
-    record.recovered_eights = static_cast<std::uint16_t>((cell_recovered_.size() + 7) / 8);
-    if (plan_.equal_radii) {
-      record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride);
-      write_packed_recovered(piece, center, blocks);
-    } else {
-      record.recovered = static_cast<std::uint32_t>(piece.wide_recovered.size() / wide_recovered_stride);
-      write_wide_recovered(piece, center, blocks);
+    order_.insert(order_.end(), room, no_entry);
+    eight_marks_.push_back(together);
+  }
+}
+
+void TileBuilder::write_brick_list(SurfacePiece& piece, int brick, std::size_t in_brick) {
+  order_brick(in_brick);
+  if (order_.empty()) return;
+  const int log2 = part_log2(eight_marks_.size());
+  const std::uint32_t list = write_list(piece, brick_, brick_middle(brick), log2);
+  for (int i = 0; i < 8; ++i) {
+    SurfaceCell& record = records_[brick_cell(brick, i)];
+    if (record.kind != SurfaceCellKind::near || !is_main(record)) continue;
+    record.list = list;
+    record.place.code = static_cast<std::uint8_t>(i | log2 << 4);
+    record.list_bits = 0;
+    for (std::size_t eight = 0; eight < eight_marks_.size(); ++eight) {
+      const std::uint32_t felt = eight_marks_[eight] >> i & 1u;
+      record.list_bits |= felt << (eight >> log2);
     }
   }
 }
 
-void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks) {
+void TileBuilder::write_own_list(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed) {
+  piece.list_entries += listed;
+  order_.resize(listed);
+  std::iota(order_.begin(), order_.end(), 0u);
+  const std::size_t eights = (listed + 7) / 8;
+  const int log2 = part_log2(eights);
+  record.list = write_list(piece, cell_, center, log2);
+  record.place.code = static_cast<std::uint8_t>(ListPlace::own | log2 << 4);
+  const std::size_t parts = (eights + (std::size_t{1} << log2) - 1) >> log2;
+  record.list_bits = 0xffffffffu >> (32 - parts);
+}
+
+std::uint32_t TileBuilder::write_list(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle, int log2) {
+  const std::size_t part = std::size_t{8} << log2;
+  order_.resize((order_.size() + part - 1) / part * part, no_entry);
+  if (order_.size() / 8 > most_eights) {
+    throw Error("too many particles overlap one place: the neighbourhood order or the radii are too large");
+  }
+  const std::size_t list = piece.packed.size() / packed_stride + piece.wide.size() / wide_stride;
+  if (plan_.equal_radii) {
+    write_packed(piece, from, middle);
+  } else {
+    write_wide(piece, from, middle);
+  }
+  return static_cast<std::uint32_t>(list);
+}
+
+void TileBuilder::write_packed(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const {
+  const std::size_t first = piece.packed.size();
+  piece.packed.resize(first + order_.size() / 8 * packed_stride);
+  const float* coordinates[3] = {from.x.data(), from.y.data(), from.z.data()};
+  for (int a = 0; a < 3; ++a) {
+    const float offset = plan_.lattice.middle - middle[a];
+    std::uint16_t* out = piece.packed.data() + first + 8 * a;
+    for (std::size_t i = 0; i < order_.size(); ++i) {
+      const std::uint32_t entry = order_[i];
+      // Lanes without a particle are far away.
+      out[i / 8 * packed_stride + i % 8] =
+          entry == no_entry ? std::uint16_t{65535}
+                            : static_cast<std::uint16_t>(static_cast<int>(coordinates[a][entry] + offset));
+    }
+  }
+}
+
+void TileBuilder::write_wide(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const {
+  const std::size_t first = piece.wide.size();
+  piece.wide.resize(first + order_.size() / 8 * wide_stride, 1e9f);
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    float* out = piece.wide.data() + first + i / 8 * wide_stride + i % 8;
+    const std::uint32_t entry = order_[i];
+    out[24] = 1.0f;
+    if (entry == no_entry) continue;
+    out[0] = from.x[entry] - middle.x;
+    out[8] = from.y[entry] - middle.y;
+    out[16] = from.z[entry] - middle.z;
+    out[24] = plan_.frame.support / from.reach[entry];
+  }
+}
+
+void TileBuilder::write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3 center) {
+  if (cell_recovered_.empty()) return;
+  const std::size_t eights = (cell_recovered_.size() + 7) / 8;
+  if (eights > most_eights) throw Error("too many lone particles overlap one place: the radii are too large");
+  record.recovered_eights = static_cast<std::uint16_t>(eights);
+  record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride +
+                                                piece.wide_recovered.size() / wide_recovered_stride);
+  if (plan_.equal_radii) {
+    write_packed_recovered(piece, center, eights);
+  } else {
+    write_wide_recovered(piece, center, eights);
+  }
+}
+
+void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights) {
   const float unit = plan_.recovered_lattice.per_cell;
-  const float shift = plan_.recovered_lattice.bias + 0.5f * unit + 0.5f;  // to the nearest
+  const float shift = plan_.recovered_lattice.middle + 0.5f;  // to the nearest
   const Vec3 middle = center * (1.0f / static_cast<float>(plan_.units_per_grid));
   const std::size_t first = piece.packed_recovered.size();
-  piece.packed_recovered.resize(first + blocks * packed_recovered_stride, 65535);
-  for (std::size_t i = 0; i < blocks * 16; ++i) {
-    std::uint16_t* out = piece.packed_recovered.data() + first + i / 16 * packed_recovered_stride + i % 16;
-    out[48] = 0;
+  piece.packed_recovered.resize(first + eights * packed_recovered_stride, 65535);
+  for (std::size_t i = 0; i < eights * 8; ++i) {
+    std::uint16_t* out = piece.packed_recovered.data() + first + i / 8 * packed_recovered_stride + i % 8;
+    out[24] = 0;
     if (i >= cell_recovered_.size()) continue;
     const RecoveredParticle& r = cell_recovered_[i];
     out[0] = static_cast<std::uint16_t>((r.x - middle.x) * unit + shift);
-    out[16] = static_cast<std::uint16_t>((r.y - middle.y) * unit + shift);
-    out[32] = static_cast<std::uint16_t>((r.z - middle.z) * unit + shift);
-    out[48] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
+    out[8] = static_cast<std::uint16_t>((r.y - middle.y) * unit + shift);
+    out[16] = static_cast<std::uint16_t>((r.z - middle.z) * unit + shift);
+    out[24] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
   }
 }
 
-void TileBuilder::write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks) {
+void TileBuilder::write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights) {
   const std::size_t first = piece.wide_recovered.size();
-  piece.wide_recovered.resize(first + blocks * wide_recovered_stride, 1e9f);
-  for (std::size_t i = 0; i < blocks * 16; ++i) {
-    float* out = piece.wide_recovered.data() + first + i / 16 * wide_recovered_stride + i % 16;
-    out[48] = 1.0f;
-    out[64] = 0.0f;
+  piece.wide_recovered.resize(first + eights * wide_recovered_stride, 1e9f);
+  for (std::size_t i = 0; i < eights * 8; ++i) {
+    float* out = piece.wide_recovered.data() + first + i / 8 * wide_recovered_stride + i % 8;
+    out[24] = 1.0f;
+    out[32] = 0.0f;
     if (i >= cell_recovered_.size()) continue;
     const RecoveredParticle& r = cell_recovered_[i];
     out[0] = r.x - center.x;
-    out[16] = r.y - center.y;
-    out[32] = r.z - center.z;
-    out[48] = r.inverse_radius;
-    out[64] = r.weight * recover_threshold_;
-  }
-}
-
-void TileBuilder::write_packed(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks) {
-  // The lists of all levels have the origin that the field's code expects: half a top cell below the leaf's centre.
-  const auto unit = static_cast<float>(plan_.units_per_grid);
-  const float shift = static_cast<float>(plan_.bias) + 0.5f * unit;
-  const std::size_t first = piece.packed.size();
-  piece.packed.resize(first + blocks * packed_stride);
-  const float* coordinates[3] = {cell_.x.data(), cell_.y.data(), cell_.z.data()};
-  for (int a = 0; a < 3; ++a) {
-    const float offset = shift - center[a];
-    for (std::size_t block = 0; block < blocks; ++block) {
-      std::uint16_t* out = piece.packed.data() + first + block * packed_stride + static_cast<std::size_t>(a) * 16;
-      const float* in = coordinates[a] + block * 16;
-      // Lanes past the last particle are far away; they must not be converted.
-      const std::size_t used = std::min<std::size_t>(16, listed - block * 16);
-      for (std::size_t i = 0; i < used; ++i) out[i] = static_cast<std::uint16_t>(static_cast<int>(in[i] + offset));
-      for (std::size_t i = used; i < 16; ++i) out[i] = 65535;
-    }
-  }
-}
-
-void TileBuilder::write_wide(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks) {
-  const std::size_t first = piece.wide.size();
-  piece.wide.resize(first + blocks * wide_stride, 1e9f);
-  float* out = piece.wide.data() + first;
-  for (std::size_t i = 0; i < blocks * 16; ++i) {
-    float* block = out + i / 16 * wide_stride + i % 16;
-    if (i < listed) {
-      block[0] = cell_.x[i] - center.x;
-      block[16] = cell_.y[i] - center.y;
-      block[32] = cell_.z[i] - center.z;
-    }
-    block[48] = i < listed ? plan_.frame.support / cell_.reach[i] : 1.0f;
+    out[8] = r.y - center.y;
+    out[16] = r.z - center.z;
+    out[24] = r.inverse_radius;
+    out[32] = r.weight * recover_threshold_;
   }
 }
 

@@ -72,6 +72,7 @@ class TileBuilder {
   };
 
   Vec3 cell_center(int cell) const;
+  Vec3 brick_middle(int brick) const;
   /// The particles of the tile and of the cells within reach of it, relative to the tile's corner.
   std::size_t take_from_lattice();
   /// Scene box of the tile.
@@ -83,7 +84,11 @@ class TileBuilder {
   /// Those of `from` that are felt in the box center +- half (grid units); returns the most they can sum to there.
   float take_box_recovered(const std::vector<RecoveredParticle>& from, Vec3 center, float half,
                            std::vector<RecoveredParticle>& to) const;
-  void examine_top_cell(int index, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile);
+  /// Decides about one of the brick's cells; for a near leaf its recovered particles are listed, and those in brick_ that it
+  /// feels are marked.
+  void examine_top_cell(int index, int in_its_brick, std::size_t in_brick, SurfacePiece& piece, SurfaceTile& tile);
+  /// Puts the marked particles of brick_ in eights, so that each cell finds its own in few of them.
+  void order_brick(std::size_t in_brick);
   /// Decides about the cell whose particles are in cell_, the recovered ones of `from` taken into account: they are
   /// left in cell_recovered_; none when they cannot reach their threshold in the cell.
   void examine(Vec3 center, float half, std::size_t listed, const std::vector<RecoveredParticle>& from,
@@ -97,12 +102,19 @@ class TileBuilder {
   bool is_main(const SurfaceCell& record) const;
   bool wants_split(const SurfaceCell& record, double size, std::size_t listed);
   void divide(SurfacePiece& piece, const Pending& split, std::size_t in_tile, std::vector<Pending>& splits);
-  /// Writes the lists of a near leaf whose particles are in cell_ and cell_recovered_.
-  void finish_leaf(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed);
-  void write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks);
-  void write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t blocks);
-  void write_packed(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks);
-  void write_wide(SurfacePiece& piece, Vec3 center, std::size_t listed, std::size_t blocks);
+  /// Writes the list of a near leaf whose particles are in cell_, for itself alone.
+  void write_own_list(SurfacePiece& piece, SurfaceCell& record, Vec3 center, std::size_t listed);
+  /// Writes the list that the near leaves of a brick share, and says in their records what they feel of it.
+  void write_brick_list(SurfacePiece& piece, int brick, std::size_t in_brick);
+  /// Appends the particles of order_ to the piece's lists, relative to `middle`, filled up to whole parts of 2^log2 eights;
+  /// returns where they begin.
+  std::uint32_t write_list(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle, int log2);
+  void write_packed(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const;
+  void write_wide(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const;
+  /// Writes the list of the recovered particles of a near leaf, which are in cell_recovered_.
+  void write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3 center);
+  void write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights);
+  void write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights);
 
   const GridPlan& plan_;
   const SortedLattice& sorted_;
@@ -117,6 +129,11 @@ class TileBuilder {
   ParticleScratch all_, tile_, brick_, cell_, nearer_;
   std::vector<std::uint32_t> near_;
   std::vector<RecoveredParticle> tile_recovered_, brick_recovered_, cell_recovered_;
+  std::vector<std::uint8_t> marks_;  ///< of the particles in brick_: the cells of the brick that feel them, a bit each
+  std::vector<std::uint32_t> by_mark_;
+  std::vector<std::uint8_t> distinct_marks_;
+  std::vector<std::uint32_t> order_;       ///< a list's particles, eight by eight
+  std::vector<std::uint8_t> eight_marks_;  ///< of each eight: its particles' marks together
   SurfaceCell records_[tile_cells];
 };
 

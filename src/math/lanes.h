@@ -75,9 +75,9 @@ struct Lanes {
   LaneRegister part[parts];
 
   Lanes() = default;
-  /// The same number in all lanes.
+  /// The same number in all lanes. Less 0, which the compiler leaves out, as it may not 0 more.
   EMBRUN_FN Lanes(float v) {  // NOLINT(google-explicit-constructor): formulas mix them
-    EMBRUN_FOR_PARTS(parts) part[i] = LaneRegister{} + v;
+    EMBRUN_FOR_PARTS(parts) part[i] = v - LaneRegister{};
   }
 
   EMBRUN_LANES_BINARY(+)
@@ -141,6 +141,25 @@ EMBRUN_FN F load_lanes(const std::uint16_t* p) {
 #endif
   return r;
 }
+/// Sixteen lanes of two runs of eight numbers; without a second run its lanes are `none`.
+template <class T>
+EMBRUN_FN F16 load_two_eights(const T* first, const T* second, int none) {
+#if defined(__CUDACC__)
+  T both[16];
+  for (int i = 0; i < 8; ++i) {
+    both[i] = first[i];
+    both[8 + i] = second != nullptr ? second[i] : static_cast<T>(none);
+  }
+  return load_lanes<F16>(both);
+#else
+  typedef T Eight __attribute__((vector_size(8 * sizeof(T))));
+  Eight low, high = Eight{} + static_cast<T>(none);
+  __builtin_memcpy(&low, first, sizeof low);
+  if (second != nullptr) __builtin_memcpy(&high, second, sizeof high);
+  const auto both = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  return load_lanes<F16>(reinterpret_cast<const T*>(&both));
+#endif
+}
 EMBRUN_FN void store16(float* p, F16 v) {
   EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
 }
@@ -193,6 +212,25 @@ EMBRUN_FN float sum_lanes(Lanes<parts> v) {
 #else
   const FourLanes s = fold_lanes(v, [](FourLanes a, FourLanes b) { return a + b; });
   return (s[0] + s[2]) + (s[1] + s[3]);
+#endif
+}
+/// Sums of four registers' lanes.
+struct LaneSums {
+  float of[4];
+};
+EMBRUN_FN LaneSums sum_lanes(RegisterLanes a, RegisterLanes b, RegisterLanes c, RegisterLanes d) {
+#if defined(__CUDACC__)
+  return {{sum_lanes(a), sum_lanes(b), sum_lanes(c), sum_lanes(d)}};
+#else
+  // The same sums in the same order as one by one, side by side.
+  const auto add = [](FourLanes x, FourLanes y) { return x + y; };
+  const FourLanes x = fold_lanes(a, add), y = fold_lanes(b, add), z = fold_lanes(c, add), w = fold_lanes(d, add);
+  const FourLanes xy = __builtin_shufflevector(x, y, 0, 1, 4, 5) + __builtin_shufflevector(x, y, 2, 3, 6, 7);
+  const FourLanes zw = __builtin_shufflevector(z, w, 0, 1, 4, 5) + __builtin_shufflevector(z, w, 2, 3, 6, 7);
+  const FourLanes all = __builtin_shufflevector(xy, zw, 0, 2, 4, 6) + __builtin_shufflevector(xy, zw, 1, 3, 5, 7);
+  LaneSums sums;
+  __builtin_memcpy(&sums, &all, sizeof sums);
+  return sums;
 #endif
 }
 /// Bit i: lane i of `a` is less than that of `b`.
@@ -303,6 +341,18 @@ EMBRUN_FN Lanes<parts> rough_rsqrt_of(Lanes<parts> x) {
   return y * (1.68191391f - 0.703952253f * x * (y * y));
 }
 
+/// Square roots of positive lanes, relative error at most 6.6e-4: every second register by the divider, which is idle
+/// while the multipliers do the others.
+template <int parts>
+EMBRUN_FN Lanes<parts> rough_sqrt_of(Lanes<parts> x) {
+  EMBRUN_FOR_PARTS(parts) {
+    Lanes<1> part;
+    part.part[0] = x.part[i];
+    x.part[i] = i % 2 == 1 ? sqrt_of(x.part[i]) : (part * rough_rsqrt_of(part)).part[0];
+  }
+  return x;
+}
+
 /// 2^k for lanes that hold integers k in [-126, 127].
 template <int parts>
 EMBRUN_FN Lanes<parts> power_of_two(Lanes<parts> k) {
@@ -317,6 +367,23 @@ EMBRUN_FN Lanes<parts> power_of_two(Lanes<parts> k) {
     __builtin_memcpy(&r.part[i], &bits, sizeof bits);
   }
   return r;
+}
+
+/// Number of the lowest and of the highest bit that is set; one must be.
+EMBRUN_FN int lowest_bit(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  return __builtin_ctz(bits);
+#endif
+}
+
+EMBRUN_FN int highest_bit(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return 31 - __clz(static_cast<int>(bits));
+#else
+  return 31 - __builtin_clz(bits);
+#endif
 }
 
 /// Sixteen 32-bit integers; as a truth value a lane is -1 or 0.

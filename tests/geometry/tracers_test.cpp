@@ -100,6 +100,7 @@ std::vector<Case> cases() {
   }
   all.push_back({"droplets", 1});
   all.push_back({"sheets", 5});
+  all.push_back({"droplets", 6});  // hundreds of particles in a list: parts of several eights
   for (const Kernel kernel : {Kernel::zhu_bridson, Kernel::blinn}) all.push_back({"droplets", 3, kernel});
   for (const RecoverMode recover : {RecoverMode::thesis, RecoverMode::off}) {
     all.push_back({"droplets", 3, Kernel::metaball, recover});
@@ -209,6 +210,15 @@ TEST(Tracer, PlacesCreasesBetweenLoneParticles) {
   // Where the field hardly grows along the ray, so that the coordinates of the particles have to be fine.
   expect_right(make_scene("spray", 3, 2),
                {ray_from({0x1.edaa44p-3f, 0x1.ef491ap-1f, 0x1.3a286cp-1f}, {0.0f, 1.0f, 0.0f}, Side::unknown)});
+}
+
+TEST(FastTracer, NeedsLittleMemory) {
+  // What is asked for of scenes of 110 thousand to 10 million particles.
+  for (const int order : {2, 3}) {
+    const OracleScene scene = make_scene(EMBRUN_DATA_DIR "/dam_break.bgeo", order, 1);
+    const ImplicitSurface surface = build_implicit_surface(scene.positions, {}, scene.settings);
+    EXPECT_LE(surface.stats().bytes, 150 * scene.positions.size());
+  }
 }
 
 TEST(FastTracer, LeavesByTheSheetThatRoundingPutTheRayAcross) {
