@@ -70,7 +70,7 @@ void measure(std::size_t count, double cover) {
       const Vec3d d{uniform(random), uniform(random), uniform(random)};
       if (length(d) > 1 || length(d) < 0.1) continue;
       ray.direction = normalize(to_float(d));
-      media[static_cast<std::size_t>(kept)] = backend.kernels().media_at(backend.view(), ray.origin);
+      media[static_cast<std::size_t>(kept)] = backend.kernels().media_at(backend.view(), ray.origin, 0.0f);
       if (media[static_cast<std::size_t>(kept)].inside_solid(0) == inside) ++kept;
     }
     const auto begin = std::chrono::steady_clock::now();

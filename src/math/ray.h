@@ -26,7 +26,7 @@ struct Ray {
   float cone_width = 0.0f;
   float cone_spread = 0.0f;
   /// What levels of detail go by that must not change along a path: the footprint where the path's first ray came to what
-  /// has them, metres. 0: they are off, or not known.
+  /// has them, metres of the world in any space. 0: they are off, or not known.
   float detail = 0.0f;
   Clearance clearance;
 

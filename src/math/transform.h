@@ -32,7 +32,7 @@ EMBRUN_FN Transform inverse_of(const Transform& m) {
 }
 
 /// The ray in the space that `m` leads to, its direction of unit length again and its footprint scaled as lengths along it
-/// are. `scale` receives the length of a unit of the old ray parameter in the new space.
+/// are; Ray::detail stays in world metres. `scale` receives the length of a unit of the old ray parameter in the new space.
 EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   Ray out = ray;
   out.origin = m.point(ray.origin);
@@ -42,7 +42,6 @@ EMBRUN_FN Ray transform_ray(const Transform& m, const Ray& ray, float& scale) {
   out.t_min = ray.t_min * scale;
   out.t_max = ray.t_max * scale;
   out.cone_width = ray.cone_width * scale;
-  out.detail = ray.detail * scale;
   return out;
 }
 

@@ -344,19 +344,15 @@ class Compiler {
           nearest = std::min(nearest, length(max_of(low, min_of(high, eye)) - eye));
           farthest = std::max(farthest, length(max_of(high - eye, eye - low)));
         }
-    // The placement may shrink or stretch footprints.
-    const auto footprint = [&](float distance, double scale) {
-      return static_cast<float>(fluid.detail * scale) * flat_.camera.pixel_size * distance;
-    };
-    constexpr int most_levels = 12;
     FluidLevels levels;
-    levels.footprints = static_cast<float>(fluid.detail);
+    levels.footprints = static_cast<float>(fluid.detail / largest_scale(fluid.placement));
     levels.spacing = rest_spacing(fluid.surface);
     levels.first = static_cast<std::uint32_t>(flat_.coarse_surfaces.size());
-    const int finest = surface_level_for(footprint(nearest, 1 / largest_scale(fluid.placement)), levels.spacing,
-                                         most_levels),
-              coarsest = surface_level_for(footprint(farthest, 1 / smallest_scale(fluid.placement)), levels.spacing,
-                                           most_levels);
+    const auto level_at = [&](float distance) {
+      constexpr int most_levels = 12;
+      return surface_level_for(levels.footprints * flat_.camera.pixel_size * distance, levels.spacing, most_levels);
+    };
+    const int finest = level_at(nearest), coarsest = level_at(farthest);
     for (int level = std::max(finest, 1); level <= coarsest; ++level) {
       std::optional<CoarseSurface> surface = build_coarse_surface(positions, fluid.surface, level);
       if (!surface) break;

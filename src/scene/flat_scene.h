@@ -49,8 +49,10 @@ struct Instance {
 
 /// Which levels of detail of a fluid there are: `finest` to `coarsest`, 0 the particles' own surface.
 struct FluidLevels {
-  float footprints = 0;  ///< a level serves rays whose Ray::detail times this is at least its cell; 0: level 0 alone
-  float spacing = 0;     ///< rest spacing, metres
+  /// Those of the description over the placement's largest scale: a level serves rays whose Ray::detail times this is at
+  /// least its cell in the fluid's own space. 0: level 0 alone.
+  float footprints = 0;
+  float spacing = 0;  ///< rest spacing, metres of the fluid's own space
   std::int32_t finest = 0, coarsest = 0;
   std::uint32_t first = 0;  ///< where the coarse ones begin in SceneView::coarse_surfaces
 

@@ -30,8 +30,5 @@ inline double determinant(const Placement& p) { return dot(cross(p.x_axis, p.y_a
 inline double largest_scale(const Placement& p) {
   return std::max({length(p.x_axis), length(p.y_axis), length(p.z_axis)});
 }
-inline double smallest_scale(const Placement& p) {
-  return std::min({length(p.x_axis), length(p.y_axis), length(p.z_axis)});
-}
 
 }  // namespace embrun

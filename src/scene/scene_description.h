@@ -81,8 +81,8 @@ struct FluidDescription {
   // grid that holds what is inside it.
   double mesh_cell = 0, density_cell = 0;
   /// Level of detail, of SurfaceMethod::fast and particles of one radius: where the footprint of a path's first ray at the
-  /// fluids (a pixel's there) times this is no less than twice the particles' rest spacing, a coarse surface stands for
-  /// theirs (see surface_levels.h). 0: off.
+  /// fluids (a pixel's there) times this is no less than twice the particles' rest spacing (in the world, where the
+  /// placement stretches it most), a coarse surface stands for theirs (see surface_levels.h). 0: off.
   double detail = 0;
   MaterialDescription material = dielectric_material(1.33);
   /// The fluid ends at this box, with a flat face wherever it reaches it.

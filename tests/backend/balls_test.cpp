@@ -164,7 +164,7 @@ TEST_P(BallSets, AreMetAsInDoublePrecision) {
       inside += line.inside();
       const double tolerance = expected < HUGE_VAL ? 2e-4 * (1 + expected * 0.1) : 0;
       for (const auto& backend : backends) {
-        const MediaState media = backend->kernels().media_at(backend->view(), rays[i].origin);
+        const MediaState media = backend->kernels().media_at(backend->view(), rays[i].origin, 0.0f);
         if (solid) {
           ASSERT_EQ(media.inside_solid(0), line.inside()) << i;
         }

@@ -57,7 +57,7 @@ TEST(Kernels, FindTheSameCrossings) {
   for (int i = 0; i < count; ++i) {
     rays[i].origin = {uniform(random), 0.3f * uniform(random), uniform(random)};
     rays[i].direction = normalize(Vec3{uniform(random), uniform(random), uniform(random)});
-    media[i] = reference.kernels().media_at(reference.view(), rays[i].origin);
+    media[i] = reference.kernels().media_at(reference.view(), rays[i].origin, 0.0f);
   }
   std::vector<SceneHit> expected(count), hits(count);
   std::vector<char> found_expected(count), found(count);

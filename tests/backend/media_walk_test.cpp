@@ -143,7 +143,7 @@ WalkCounts walk(const Nest& nest, int walks, int steps) {
     const Vec3d from = w % 2 == 0 ? middle + start : cloud[static_cast<std::size_t>(w) * 7919 % cloud.size()].center;
     ray.origin = to_float(from - flat.recentring);
     ray.direction = direction();
-    MediaState media = backend.kernels().media_at(backend.view(), ray.origin);
+    MediaState media = backend.kernels().media_at(backend.view(), ray.origin, 0.0f);
     for (int s = 0; s < steps; ++s) {
       SceneHit hit;
       bool found;
@@ -172,7 +172,7 @@ WalkCounts walk(const Nest& nest, int walks, int steps) {
                           : counts.in_air);
         // The field decides at points; its crossings are found to 2e-4 of a radius, so thin films may differ.
         counts.wrong_water +=
-            media.inside_fluid(0) != backend.kernels().media_at(backend.view(), to_float(p)).inside_fluid(0);
+            media.inside_fluid(0) != backend.kernels().media_at(backend.view(), to_float(p), 0.0f).inside_fluid(0);
       }
 
       const MediaBoundary boundary = boundary_of(hit);

@@ -101,9 +101,9 @@ TEST(DefaultScene, TheFloorIsUnderWaterInTheRealPool) {
   int dry = 0, places = 0;
   for (double x = -2.1; x <= 2.1; x += 0.03)
     for (double z = -1.35; z <= 1.35; z += 0.03, ++places)
-      dry +=
-          backend.kernels().media_at(backend.view(), to_float(Vec3d{x, height + 1e-4, z} - flat.recentring)).counts ==
-          0;
+      dry += backend.kernels()
+                 .media_at(backend.view(), to_float(Vec3d{x, height + 1e-4, z} - flat.recentring), 0.0f)
+                 .counts == 0;
   EXPECT_LE(dry, places / 1000);
 }
 
@@ -117,7 +117,7 @@ TEST(DefaultScene, AContainerIsFilledToItsWalls) {
   const FlatScene flat = compile(scene);
   const CpuBackend backend(flat);
   const auto wet = [&](Vec3d p) {
-    return backend.kernels().media_at(backend.view(), to_float(p - flat.recentring)).counts != 0;
+    return backend.kernels().media_at(backend.view(), to_float(p - flat.recentring), 0.0f).counts != 0;
   };
   int dry = 0, places = 0;
   constexpr double near = 1e-3;

@@ -96,7 +96,7 @@ CpuBackend::CpuBackend(const FlatScene& scene, const KernelTable& kernels) : ker
   path_scene_.lights = scene.lights.view();
   path_scene_.camera = scene.camera;
   path_scene_.detail = {scene.detail_grid, scene.detail_filled.data()};
-  path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye);
+  path_scene_.camera_media = kernels_.media_at(view_, scene.camera.eye, 0.0f);
   PathSettings& settings = path_scene_.settings;
   settings.integrator = scene.integrator.kind;
   settings.seed = scene.integrator.seed;

@@ -50,8 +50,8 @@ struct KernelTable {
   /// Follows paths likewise, for what they find: one lesson each.
   void (*learn_directions)(const PathScene&, const CpuSceneView&, const PixelSample* samples, int count,
                            GuideLesson* lessons, PathBatch& batch);
-  /// Which bodies hold a point.
-  MediaState (*media_at)(const CpuSceneView&, Vec3 point);
+  /// Which bodies hold a point, for rays of that Ray::detail.
+  MediaState (*media_at)(const CpuSceneView&, Vec3 point, float detail);
   /// The path tracer's intersections alone, one ray after the other; media[i] is what ray i starts in.
   void (*intersect)(const CpuSceneView&, const Ray* rays, const MediaState* media, int count, bool* found,
                     SceneHit* hits);

@@ -49,7 +49,9 @@ void learn_directions(const PathScene& scene, const CpuSceneView& view, const Pi
   }
 }
 
-MediaState media_at(const CpuSceneView& view, Vec3 point) { return CpuIntersector{view}.media_at(point, 0.0f); }
+MediaState media_at(const CpuSceneView& view, Vec3 point, float detail) {
+  return CpuIntersector{view}.media_at(point, detail);
+}
 
 void intersect(const CpuSceneView& view, const Ray* rays, const MediaState* media, int count, bool* found,
                SceneHit* hits) {

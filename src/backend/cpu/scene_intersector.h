@@ -116,9 +116,7 @@ struct CpuIntersector {
       int count = 0;
       switch (instance.kind) {
         case GeometryKind::fluid: {
-          // The scale of a placement that distorts depends on the ray: this is a guess among levels that differ little.
-          const float scale = instance.identity ? 1.0f : length(instance.to_object.vector(Vec3{1, 0, 0}));
-          const int level = scene.flat.fluids[instance.geometry].levels.level(detail * scale);
+          const int level = scene.flat.fluids[instance.geometry].levels.level(detail);
           count = fluid_contains({scene, instance.geometry, level}, own) ? 1 : 0;
           break;
         }
@@ -257,10 +255,9 @@ struct CpuIntersector {
   }
 
   bool intersect_placed_fluid(const Instance& instance, const Ray& ray, Side side, SurfaceHit& hit) const {
-    const FluidLevels& levels = scene.flat.fluids[instance.geometry].levels;
+    const FluidBody fluid{scene, instance.geometry, scene.flat.fluids[instance.geometry].levels.level(ray.detail)};
     SurfaceHit met;
     if (instance.identity) {
-      const FluidBody fluid{scene, instance.geometry, levels.level(ray.detail)};
       Ray own = ray;
       if (ray.clearance.instance != instance.fluid) own.clearance = {};
       if (!intersect_fluid(fluid, own, side, met)) return false;
@@ -270,7 +267,6 @@ struct CpuIntersector {
     float scale;
     Ray own = transform_ray(instance.to_object, ray, scale);
     own.clearance = {};  // in the wrong unit
-    const FluidBody fluid{scene, instance.geometry, levels.level(own.detail)};
     if (!intersect_fluid(fluid, own, side, met)) return false;
     hit = met;
     hit.t *= 1.0f / scale;
