@@ -194,7 +194,8 @@ class Compiler {
   const FluidMesher& mesher_;
   FlatScene flat_;
   MediaClasses classes_;
-  double radius_ = 1;  // of the scene
+  double radius_ = 1;                                      // of the scene
+  float nearest_detail_ = infinity, farthest_detail_ = 0;  // of the filled detail blocks' points from the camera
 
   Vec3 local(Vec3d p) const { return to_float(p - flat_.recentring); }
 
@@ -328,12 +329,11 @@ class Compiler {
           for (int x = cell(low.x, grid.nx); x <= cell(high.x, grid.nx); ++x)
             flat_.detail_filled[static_cast<std::size_t>(grid.index(x, y, z))] = 1;
     });
+    measure_detail_distances();
   }
 
-  /// The levels that some ray from the camera may want, and those between: with level 0 left to the caller.
-  FluidLevels add_levels(const FluidDescription& fluid, const std::vector<Vec3>& positions) {
+  void measure_detail_distances() {
     const CellGrid& grid = flat_.detail_grid;
-    float nearest = infinity, farthest = 0;
     for (int z = 0; z < grid.nz; ++z)
       for (int y = 0; y < grid.ny; ++y)
         for (int x = 0; x < grid.nx; ++x) {
@@ -341,9 +341,13 @@ class Compiler {
           const Vec3 low =
               grid.low + grid.cell * Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
           const Vec3 high = low + grid.cell, eye = flat_.camera.eye;
-          nearest = std::min(nearest, length(max_of(low, min_of(high, eye)) - eye));
-          farthest = std::max(farthest, length(max_of(high - eye, eye - low)));
+          nearest_detail_ = std::min(nearest_detail_, length(max_of(low, min_of(high, eye)) - eye));
+          farthest_detail_ = std::max(farthest_detail_, length(max_of(high - eye, eye - low)));
         }
+  }
+
+  /// The levels that some ray from the camera may want, and those between: with level 0 left to the caller.
+  FluidLevels add_levels(const FluidDescription& fluid, const std::vector<Vec3>& positions) {
     FluidLevels levels;
     levels.footprints = static_cast<float>(fluid.detail / largest_scale(fluid.placement));
     levels.spacing = rest_spacing(fluid.surface);
@@ -352,7 +356,7 @@ class Compiler {
       constexpr int most_levels = 12;
       return surface_level_for(levels.footprints * flat_.camera.pixel_size * distance, levels.spacing, most_levels);
     };
-    const int finest = level_at(nearest), coarsest = level_at(farthest);
+    const int finest = level_at(nearest_detail_), coarsest = level_at(farthest_detail_);
     for (int level = std::max(finest, 1); level <= coarsest; ++level) {
       std::optional<CoarseSurface> surface = build_coarse_surface(positions, fluid.surface, level);
       if (!surface) break;
