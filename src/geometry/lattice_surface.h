@@ -183,15 +183,25 @@ EMBRUN_FN Vec3 brick_corner(const LatticeSurfaceView& s, int x, int y, int z) {
   return s.bricks.low + s.bricks.cell * Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
 }
 
-/// g at a point; -1 or 1 where no surface is near.
-EMBRUN_LOCAL_FN float lattice_value(const LatticeSurfaceView& s, const Vec3& point) {
+/// A point's brick.
+struct LatticePlace {
+  std::int32_t state;  ///< see LatticeSurfaceView; outside beyond all bricks
+  Vec3 local;          ///< where the state is a brick's number: the point in cells from its low corner
+};
+
+EMBRUN_LOCAL_FN LatticePlace place_in_lattice(const LatticeSurfaceView& s, const Vec3& point) {
   const Vec3 p = (point - s.bricks.low) * s.bricks.cells_per_metre;
   const int x = static_cast<int>(floorf(p.x)), y = static_cast<int>(floorf(p.y)), z = static_cast<int>(floorf(p.z));
-  if (x < 0 || y < 0 || z < 0 || x >= s.bricks.nx || y >= s.bricks.ny || z >= s.bricks.nz) return -1.0f;
-  const std::int32_t state = s.state[s.bricks.index(x, y, z)];
-  if (state < 0) return state == LatticeSurfaceView::inside ? 1.0f : -1.0f;
-  const Vec3 local = (point - brick_corner(s, x, y, z)) * (1.0f / s.cell);
-  return LatticeField(s.brick[state], local).value(local);
+  if (x < 0 || y < 0 || z < 0 || x >= s.bricks.nx || y >= s.bricks.ny || z >= s.bricks.nz)
+    return {LatticeSurfaceView::outside, {}};
+  return {s.state[s.bricks.index(x, y, z)], (point - brick_corner(s, x, y, z)) * (1.0f / s.cell)};
+}
+
+/// g at a point; -1 or 1 where no surface is near.
+EMBRUN_LOCAL_FN float lattice_value(const LatticeSurfaceView& s, const Vec3& point) {
+  const LatticePlace place = place_in_lattice(s, point);
+  if (place.state < 0) return place.state == LatticeSurfaceView::inside ? 1.0f : -1.0f;
+  return LatticeField(s.brick[place.state], place.local).value(place.local);
 }
 
 /// Whether a point is in the body.
@@ -206,14 +216,9 @@ EMBRUN_LOCAL_FN void fill_lattice_hit(const LatticeSurfaceView& s, const Ray& ra
   hit.position = ray.at(t);
   hit.entering = !inside;
   hit.geometric_normal = inside ? ray.direction : -ray.direction;
-  const Vec3 p = (hit.position - s.bricks.low) * s.bricks.cells_per_metre;
-  const int x = static_cast<int>(clamp(p.x, 0.0f, static_cast<float>(s.bricks.nx) - 0.5f)),
-            y = static_cast<int>(clamp(p.y, 0.0f, static_cast<float>(s.bricks.ny) - 0.5f)),
-            z = static_cast<int>(clamp(p.z, 0.0f, static_cast<float>(s.bricks.nz) - 0.5f));
-  const std::int32_t state = s.state[s.bricks.index(x, y, z)];
-  if (state >= 0) {
-    const Vec3 local = (hit.position - brick_corner(s, x, y, z)) * (1.0f / s.cell);
-    const Vec3 gradient = LatticeField(s.brick[state], local).value_and_gradient(local).gradient;
+  const LatticePlace place = place_in_lattice(s, hit.position);
+  if (place.state >= 0) {
+    const Vec3 gradient = LatticeField(s.brick[place.state], place.local).value_and_gradient(place.local).gradient;
     const float steepness = length(gradient);
     if (steepness > 1e-12f) hit.geometric_normal = gradient * (-1.0f / steepness);
   }
