@@ -48,12 +48,7 @@ class RasterDensity {
   void set_bricks(int side_in_radii) {
     const int per_brick = static_cast<int>(std::lround(static_cast<float>(side_in_radii) * radius / voxel_));
     const float side = voxel_ * static_cast<float>(per_brick);
-    bricks_.low = low_;
-    bricks_.cell = {side, side, side};
-    bricks_.cells_per_metre = {1 / side, 1 / side, 1 / side};
-    bricks_.nx = nx_ / per_brick;
-    bricks_.ny = ny_ / per_brick;
-    bricks_.nz = nz_ / per_brick;
+    bricks_ = grid_of_cubes(low_, side, nx_ / per_brick, ny_ / per_brick, nz_ / per_brick);
     majorants_.assign(static_cast<std::size_t>(bricks_.nx * bricks_.ny * bricks_.nz), 0.0f);
     for (int z = 0; z < nz_; ++z)
       for (int y = 0; y < ny_; ++y)

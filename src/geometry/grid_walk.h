@@ -18,6 +18,12 @@ struct CellGrid {
   EMBRUN_FN int index(int x, int y, int z) const { return (z * ny + y) * nx + x; }
 };
 
+/// A grid of cubes of `side` metres.
+EMBRUN_FN CellGrid grid_of_cubes(const Vec3& low, float side, int nx, int ny, int nz) {
+  const float per_metre = 1.0f / side;
+  return {low, {side, side, side}, {per_metre, per_metre, per_metre}, nx, ny, nz};
+}
+
 /// The cells along a stretch of a line, in order [AmanatidesWoo1987]. Where a face is met is computed from the face, not
 /// summed up, so that long walks don't drift; a direction component of 0 is harmless, and the indices only go one way, so
 /// every walk ends.

@@ -174,11 +174,6 @@ EMBRUN_LOCAL_FN bool cross_lattice_cell(const LatticeField& field, const Lattice
   return true;
 }
 
-EMBRUN_FN CellGrid cells_of_brick(const LatticeSurfaceView& s, const Vec3& low) {
-  const float per_metre = 1.0f / s.cell;
-  return {low, {s.cell, s.cell, s.cell}, {per_metre, per_metre, per_metre}, 4, 4, 4};
-}
-
 EMBRUN_FN Vec3 brick_corner(const LatticeSurfaceView& s, int x, int y, int z) {
   return s.bricks.low + s.bricks.cell * Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
 }
@@ -251,7 +246,7 @@ EMBRUN_LOCAL_FN bool intersect_lattice_surface(const LatticeSurfaceView& s, cons
     const LatticeBrick& brick = s.brick[state];
     const Vec3 low = brick_corner(s, bricks.x, bricks.y, bricks.z);
     const LatticeRay local{(ray.origin - low) * per_metre, ray.direction * per_metre};
-    const CellGrid grid = cells_of_brick(s, low);
+    const CellGrid grid = grid_of_cubes(low, s.cell, 4, 4, 4);
     for (GridWalk cells(grid, ray.origin, ray.direction, bricks.begin, bricks.end()); !cells.done; cells.advance()) {
       const std::uint64_t bit = std::uint64_t{1} << cells.index();
       float t = cells.begin;

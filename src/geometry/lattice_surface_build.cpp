@@ -128,13 +128,8 @@ std::optional<LatticeSurface> build_lattice_surface(std::span<const Vec3> positi
     counts[a] = static_cast<int>(count);
     low[a] = static_cast<float>(static_cast<double>(bounds.low[a]) - 0.5 * (count * side - extent));
   }
-  CellGrid& bricks = surface.bricks;
-  bricks.low = low;
-  bricks.cell = {static_cast<float>(side), static_cast<float>(side), static_cast<float>(side)};
-  bricks.cells_per_metre = {1 / bricks.cell.x, 1 / bricks.cell.y, 1 / bricks.cell.z};
-  bricks.nx = counts[0];
-  bricks.ny = counts[1];
-  bricks.nz = counts[2];
+  const CellGrid bricks = grid_of_cubes(low, static_cast<float>(side), counts[0], counts[1], counts[2]);
+  surface.bricks = bricks;
   const auto brick_count = static_cast<std::size_t>(total);
   const BrickParticles sorted = sort_by_brick(positions, bricks, brick_count, static_cast<double>(surface.cell));
 

@@ -312,13 +312,10 @@ class Compiler {
         reach = std::max(reach, 4 * rest_spacing(fluid.surface) * static_cast<float>(largest_scale(fluid.placement)));
     const Vec3 extent = bounds.high - bounds.low + Vec3{2 * reach, 2 * reach, 2 * reach};
     const float side = std::max(4 * reach, max_of(extent.x, max_of(extent.y, extent.z)) / 128);
-    CellGrid& grid = flat_.detail_grid;
-    grid.low = bounds.low - Vec3{reach, reach, reach};
-    grid.cell = {side, side, side};
-    grid.cells_per_metre = {1 / side, 1 / side, 1 / side};
-    grid.nx = 1 + static_cast<int>(extent.x / side);
-    grid.ny = 1 + static_cast<int>(extent.y / side);
-    grid.nz = 1 + static_cast<int>(extent.z / side);
+    const CellGrid grid =
+        grid_of_cubes(bounds.low - Vec3{reach, reach, reach}, side, 1 + static_cast<int>(extent.x / side),
+                      1 + static_cast<int>(extent.y / side), 1 + static_cast<int>(extent.z / side));
+    flat_.detail_grid = grid;
     flat_.detail_filled.assign(
         static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny) * static_cast<std::size_t>(grid.nz), 0);
     visit([&](Vec3 p) {
