@@ -43,6 +43,22 @@ struct LatticePoint {
   F x, y, z;
 };
 
+/// Weights of a quadratic B-spline's three values in a cell, u from 0 to 1 across it; F is float or lanes of them.
+template <class F>
+EMBRUN_FN void spline_weights(F u, F w[3]) {
+  const F v = F(1.0f) - u;
+  w[0] = F(0.5f) * v * v;
+  w[1] = F(0.5f) + u * v;
+  w[2] = F(0.5f) * u * u;
+}
+
+/// Their derivatives by u.
+EMBRUN_FN void spline_slopes(float u, float w[3]) {
+  w[0] = u - 1.0f;
+  w[1] = 1.0f - 2.0f * u;
+  w[2] = u;
+}
+
 /// The field in one cell of a brick; points are in cells from the brick's low corner.
 struct LatticeField {
   const float* values;  ///< the cell's first
@@ -58,36 +74,24 @@ struct LatticeField {
   template <class F>
   EMBRUN_FN F value(const LatticePoint<F>& p) const {
     F x[3], y[3], z[3];
-    weights(p.x - F(corner.x), x);
-    weights(p.y - F(corner.y), y);
-    weights(p.z - F(corner.z), z);
+    spline_weights(p.x - F(corner.x), x);
+    spline_weights(p.y - F(corner.y), y);
+    spline_weights(p.z - F(corner.z), z);
     return sum(x, y, z);
   }
   EMBRUN_FN float value(const Vec3& p) const { return value(LatticePoint<float>{p.x, p.y, p.z}); }
   EMBRUN_FN LatticeValue value_and_gradient(const Vec3& p) const {
     float x[3], y[3], z[3], dx[3], dy[3], dz[3];
-    weights(p.x - corner.x, x);
-    weights(p.y - corner.y, y);
-    weights(p.z - corner.z, z);
-    slopes(p.x - corner.x, dx);
-    slopes(p.y - corner.y, dy);
-    slopes(p.z - corner.z, dz);
+    spline_weights(p.x - corner.x, x);
+    spline_weights(p.y - corner.y, y);
+    spline_weights(p.z - corner.z, z);
+    spline_slopes(p.x - corner.x, dx);
+    spline_slopes(p.y - corner.y, dy);
+    spline_slopes(p.z - corner.z, dz);
     return {sum(x, y, z), {sum(dx, y, z), sum(x, dy, z), sum(x, y, dz)}};
   }
 
  private:
-  template <class F>
-  EMBRUN_FN static void weights(F u, F w[3]) {
-    const F v = F(1.0f) - u;
-    w[0] = F(0.5f) * v * v;
-    w[1] = F(0.5f) + u * v;
-    w[2] = F(0.5f) * u * u;
-  }
-  EMBRUN_FN static void slopes(float u, float w[3]) {
-    w[0] = u - 1.0f;
-    w[1] = 1.0f - 2.0f * u;
-    w[2] = u;
-  }
   EMBRUN_FN static int cell_of(float v) { return static_cast<int>(clamp(v, 0.0f, 3.5f)); }
   template <class F>
   EMBRUN_FN F sum(const F x[3], const F y[3], const F z[3]) const {

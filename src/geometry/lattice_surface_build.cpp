@@ -49,13 +49,6 @@ BrickParticles sort_by_brick(std::span<const Vec3> positions, const CellGrid& br
   return sorted;
 }
 
-void spline_weights(float u, float w[3]) {
-  const float v = 1.0f - u;
-  w[0] = 0.5f * v * v;
-  w[1] = 0.5f + u * v;
-  w[2] = 0.5f * u * u;
-}
-
 /// Adds a particle, `p` in cells from the brick's corner, to the brick's 6^3 values.
 void spread(const Vec3& p, float values[216]) {
   int first[3];
@@ -79,6 +72,25 @@ void spread(const Vec3& p, float values[216]) {
       }
     }
   }
+}
+
+/// Adds all particles that reach a brick, its own and those of the bricks round it, to its values; false: there are none.
+bool gather(const BrickParticles& sorted, const CellGrid& bricks, int x, int y, int z, float values[216]) {
+  bool any = false;
+  for (int k = std::max(z - 1, 0); k <= std::min(z + 1, bricks.nz - 1); ++k) {
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, bricks.ny - 1); ++j) {
+      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, bricks.nx - 1); ++i) {
+        const auto other = static_cast<std::size_t>(bricks.index(i, j, k));
+        const Vec3 offset = static_cast<float>(brick_side) *
+                            Vec3{static_cast<float>(i - x), static_cast<float>(j - y), static_cast<float>(k - z)};
+        for (std::uint32_t p = sorted.starts[other]; p < sorted.starts[other + 1]; ++p) {
+          spread(sorted.positions[p] + offset, values);
+          any = true;
+        }
+      }
+    }
+  }
+  return any;
 }
 
 /// Sets the bits of the cells by the least and greatest of their values.
@@ -146,21 +158,7 @@ std::optional<LatticeSurface> build_lattice_surface(std::span<const Vec3> positi
         const int x = static_cast<int>(b % row), y = static_cast<int>(b % slab / row), z = static_cast<int>(b / slab);
         LatticeBrick brick;
         std::fill(std::begin(brick.values), std::end(brick.values), 0.0f);
-        bool any = false;
-        for (int k = std::max(z - 1, 0); k <= std::min(z + 1, bricks.nz - 1); ++k) {
-          for (int j = std::max(y - 1, 0); j <= std::min(y + 1, bricks.ny - 1); ++j) {
-            for (int i = std::max(x - 1, 0); i <= std::min(x + 1, bricks.nx - 1); ++i) {
-              const auto other = static_cast<std::size_t>(bricks.index(i, j, k));
-              const Vec3 offset = static_cast<float>(brick_side) *
-                                  Vec3{static_cast<float>(i - x), static_cast<float>(j - y), static_cast<float>(k - z)};
-              for (std::uint32_t p = sorted.starts[other]; p < sorted.starts[other + 1]; ++p) {
-                spread(sorted.positions[p] + offset, brick.values);
-                any = true;
-              }
-            }
-          }
-        }
-        if (!any) continue;
+        if (!gather(sorted, bricks, x, y, z, brick.values)) continue;
         for (float& v : brick.values) v = weight * v - 1.0f;
         set_bits(brick);
         for (std::uint32_t p = sorted.starts[b]; p < sorted.starts[b + 1]; ++p)
