@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "measure/ray_recorder.h"
+#include "support/cubic_lattice.h"
 
 namespace embrun {
 namespace {
 
 using measure::Dice;
+using testing_support::cubic_lattice;
 
 constexpr float radius = 0.05f, spacing = 0.1f;
 
@@ -155,17 +157,9 @@ TEST(SurfaceLevels, RaysMeetTheFirstZeroOfTheField) {
   EXPECT_GT(from_inside, 40);
 }
 
-std::vector<Vec3> cube_of_water(int n) {
-  std::vector<Vec3> positions;
-  for (int i = 0; i < n * n * n; ++i)
-    positions.push_back(spacing *
-                        Vec3{static_cast<float>(i % n), static_cast<float>(i / n % n), static_cast<float>(i / n / n)});
-  return positions;
-}
-
 TEST(SurfaceLevels, AFlatSurfaceIsHalfASpacingOutsideTheOuterLayer) {
   constexpr int n = 32;
-  const std::vector<Vec3> positions = cube_of_water(n);
+  const std::vector<Vec3> positions = cubic_lattice(n, n, n, spacing);
   for (const int level : {1, 2}) {
     const auto coarse = build_coarse_surface(positions, settings(), level);
     ASSERT_TRUE(coarse);
@@ -184,7 +178,7 @@ TEST(SurfaceLevels, AFlatSurfaceIsHalfASpacingOutsideTheOuterLayer) {
 TEST(SurfaceLevels, ACubeKeepsTheVolumeOfItsParticles) {
   // But for what is rounded off its edges: twelve times 64 s by 0.9 of the blur's variance, 2 s^2, are 0.5 %.
   constexpr int n = 64, rays = 170;
-  const auto coarse = build_coarse_surface(cube_of_water(n), settings(), 1);
+  const auto coarse = build_coarse_surface(cubic_lattice(n, n, n, spacing), settings(), 1);
   ASSERT_TRUE(coarse);
   const CoarseSurfaceView view = coarse->view();
   const double s = static_cast<double>(spacing), step = (n + 4) * s / rays;

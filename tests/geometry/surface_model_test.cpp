@@ -13,6 +13,7 @@
 #include "geometry/kernels.h"
 #include "geometry/particle_blocks.h"
 #include "geometry/tracers.h"
+#include "support/cubic_lattice.h"
 
 namespace embrun {
 namespace {
@@ -128,11 +129,7 @@ TEST(SurfaceModel, RecoverWeightFallsSmoothlyWithinTheMethodsLimits) {
 TEST(SurfaceModel, RecoversLoneParticlesOnly) {
   // A 10^3 lattice at s = 2 R0 and one particle far away, n = 2: the lone one has D = 1 < 0.6 T = 1.49; a corner of
   // the lattice has about D_in/8 plus its own share, an inner one D_in = 2 T.
-  std::vector<Vec3> positions;
-  for (int i = 0; i < 1000; ++i) {
-    positions.push_back(0.2f *
-                        Vec3{static_cast<float>(i % 10), static_cast<float>(i / 10 % 10), static_cast<float>(i / 100)});
-  }
+  std::vector<Vec3> positions = testing_support::cubic_lattice(10, 10, 10, 0.2f);
   positions.push_back({10, 10, 10});
   SurfaceSettings settings = settings_of(0.1f, 2);
   const std::vector<float> influence{0.4f};

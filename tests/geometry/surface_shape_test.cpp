@@ -8,21 +8,12 @@
 #include "geometry/tracers.h"
 #include "measure/oracle_scene.h"
 #include "meshing/isosurface.h"
+#include "support/cubic_lattice.h"
 
 namespace embrun::test {
 namespace {
 
-std::vector<Vec3> lattice(int nx, int ny, int nz, float s) {
-  std::vector<Vec3> positions;
-  for (int k = 0; k < nz; ++k) {
-    for (int j = 0; j < ny; ++j) {
-      for (int i = 0; i < nx; ++i) {
-        positions.push_back(s * Vec3{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)});
-      }
-    }
-  }
-  return positions;
-}
+using testing_support::cubic_lattice;
 
 TEST(SurfaceShape, AnIsolatedDropletIsABallOfRadiusR0) {
   // Its own field D = 1 is far below T for n = 2, 3 (and T = f(R0) for n = 1): recovered, T' = f(R0). To 1e-3 R0, from
@@ -64,7 +55,7 @@ TEST(SurfaceShape, AFlatSlabHasItsSurfaceHalfASpacingOutsideItsOuterLayer) {
   const float radius = 0.05f;
   for (const double relative_spacing : {1.0, 0.93}) {
     const auto s = static_cast<float>(relative_spacing * 2 * static_cast<double>(radius));
-    const std::vector<Vec3> positions = lattice(14, 12, 14, s);
+    const std::vector<Vec3> positions = cubic_lattice(14, 12, 14, s);
     for (const int order : {2, 3}) {
       SurfaceSettings settings;
       settings.radius = radius;
@@ -92,7 +83,7 @@ TEST(SurfaceShape, AFlatSlabHasItsSurfaceHalfASpacingOutsideItsOuterLayer) {
 
 TEST(SurfaceShape, ACubeEnclosesTheVolumeOfItsParticles) {
   const float radius = 0.05f, s = 0.1f;
-  const std::vector<Vec3> positions = lattice(32, 32, 32, s);
+  const std::vector<Vec3> positions = cubic_lattice(32, 32, 32, s);
   for (const int order : {2, 3}) {
     SurfaceSettings settings;
     settings.radius = radius;

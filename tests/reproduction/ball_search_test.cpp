@@ -8,6 +8,7 @@
 #include <random>
 
 #include "base/error.h"
+#include "support/cubic_lattice.h"
 
 namespace embrun {
 namespace {
@@ -40,9 +41,7 @@ TEST(BallSearch, FindsAllBallsOfARayOnce) {
   for (const bool lattice : {false, true}) {
     std::vector<Vec3> centers;
     if (lattice) {
-      for (int i = 0; i < 512; ++i)
-        centers.push_back(0.25f *
-                          Vec3{static_cast<float>(i % 8), static_cast<float>(i / 8 % 8), static_cast<float>(i / 64)});
+      centers = testing_support::cubic_lattice(8, 8, 8, 0.25f);
     } else {
       for (int i = 0; i < 700; ++i) centers.push_back({uniform(random), uniform(random), 0.3f * uniform(random)});
     }
