@@ -91,7 +91,7 @@ struct CpuIntersector {
         if (fluid.levels.footprints == 0.0f) {
           intersect_implicit_surface_batch(fluid.surface, rays);
         } else {
-          intersect_levels(queries, k, fluid);
+          intersect_levels(rays, fluid);
         }
       } else {
         for (int i = 0; i < queries.count(); ++i) {
@@ -166,39 +166,40 @@ struct CpuIntersector {
     }
   };
 
-  /// Some of the queries' rays, likewise.
+  /// Some of them.
   template <class Queries>
-  struct SomeFluidQueries : FluidQueries<Queries> {
+  struct SomeFluidQueries {
+    FluidQueries<Queries>& all;
     std::uint16_t index[batch_size];
     int number = 0;
 
     EMBRUN_FN int count() const { return number; }
-    EMBRUN_FN const Ray& ray(int i) const { return FluidQueries<Queries>::ray(index[i]); }
-    EMBRUN_FN Side side(int i) const { return FluidQueries<Queries>::side(index[i]); }
-    EMBRUN_FN SurfaceHit& hit(int i) { return FluidQueries<Queries>::hit(index[i]); }
-    EMBRUN_FN void settle(int i, bool found) { FluidQueries<Queries>::settle(index[i], found); }
+    EMBRUN_FN const Ray& ray(int i) const { return all.ray(index[i]); }
+    EMBRUN_FN Side side(int i) const { return all.side(index[i]); }
+    EMBRUN_FN SurfaceHit& hit(int i) { return all.hit(index[i]); }
+    EMBRUN_FN void settle(int i, bool found) { all.settle(index[i], found); }
   };
 
   /// Meets a fluid with levels of detail, level by level. What is searched for particle by particle is for many rays at
   /// once.
   template <class Queries>
-  void intersect_levels(Queries& queries, int index, const FluidGeometry& fluid) const {
-    const Instance& instance = scene.flat.instances[index];
-    SomeFluidQueries<Queries> some{{queries, index, instance.fluid}, {}, 0};
+  void intersect_levels(FluidQueries<Queries>& rays, const FluidGeometry& fluid) const {
+    Queries& queries = rays.queries;
     for (int level = fluid.levels.finest; level <= fluid.levels.coarsest; ++level) {
       const CoarseSurfaceView* coarse = level > 0 ? scene.flat.coarse_surfaces + fluid.levels.index(level) : nullptr;
       if (coarse == nullptr) {
-        intersect_some(queries, some, fluid.levels, level, fluid.surface, [](int) { return true; });
+        intersect_some(rays, fluid.levels, level, fluid.surface, [](int) { return true; });
       } else {
-        intersect_some(queries, some, fluid.levels, level, coarse->spray, [&](int i) {
-          const bool inside = some.FluidQueries<Queries>::side(i) == Side::inside;
+        intersect_some(rays, fluid.levels, level, coarse->spray, [&](int i) {
+          const bool inside = rays.side(i) == Side::inside;
           if (inside) {
-            intersect_fluid_too(index, queries.media(i), queries.rest(i), queries.nearest(i), queries.hit(i).surface);
+            intersect_fluid_too(rays.instance, queries.media(i), queries.rest(i), queries.nearest(i),
+                                queries.hit(i).surface);
           } else {
             SurfaceHit met;
             if (intersect_lattice_surface(coarse->bulk, queries.rest(i), Side::outside, met)) {
               queries.hit(i).surface = met;
-              some.FluidQueries<Queries>::settle(i, true);
+              rays.settle(i, true);
             }
           }
           return !inside && coarse->has_spray;
@@ -209,12 +210,13 @@ struct CpuIntersector {
 
   /// Searches the rays of one level for which `wants` says so; it is asked once for each ray of the level.
   template <class Queries, class Wants>
-  static void intersect_some(Queries& queries, SomeFluidQueries<Queries>& some, const FluidLevels& levels, int level,
+  static void intersect_some(FluidQueries<Queries>& rays, const FluidLevels& levels, int level,
                              const ImplicitSurfaceView& surface, const Wants& wants) {
-    for (int begin = 0; begin < queries.count(); begin += batch_size) {
+    SomeFluidQueries<Queries> some{rays, {}};
+    for (int begin = 0; begin < rays.count(); begin += batch_size) {
       some.number = 0;
-      for (int i = begin; i < min_of(begin + batch_size, queries.count()); ++i)
-        if (levels.level(queries.ray(i).detail) == level && wants(i))
+      for (int i = begin; i < min_of(begin + batch_size, rays.count()); ++i)
+        if (levels.level(rays.ray(i).detail) == level && wants(i))
           some.index[some.number++] = static_cast<std::uint16_t>(i);
       if (some.number > 0) intersect_implicit_surface_batch(surface, some);
     }
