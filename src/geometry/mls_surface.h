@@ -263,17 +263,11 @@ EMBRUN_LOCAL_FN bool intersect_mls(const SplatSet& set, const SplatTreeView& tre
   return first_mls_crossing(set, tree, ray, sides, start, hit);
 }
 
-/// True for points in a closed body: most rays from there meet a back first.
+/// True for points in a closed body.
 EMBRUN_LOCAL_FN bool mls_contains(const SplatSet& set, const SplatTreeView& tree, Vec3 point) {
-  int backs = 0;
-  for (int i = 0; i < splat_inside_directions; ++i) {
-    Ray ray;
-    ray.origin = point;
-    ray.direction = splat_inside_direction(i);
-    SurfaceHit hit;
-    if (first_mls_crossing(set, tree, ray, MlsSides::both, {}, hit) && !hit.entering) ++backs;
-  }
-  return backs >= 3;
+  return most_meet_backs(point, [&](const Ray& ray, SurfaceHit& hit) {
+    return first_mls_crossing(set, tree, ray, MlsSides::both, {}, hit);
+  });
 }
 
 }  // namespace embrun

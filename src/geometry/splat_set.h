@@ -211,21 +211,28 @@ EMBRUN_FN Vec3 splat_inside_direction(int i) {
   return normalize(directions[i]);
 }
 
-/// True for points in a closed body: most rays from there meet a back first. Several are asked, as splats that reach over
-/// the silhouette say the opposite.
-template <class Search>
-EMBRUN_LOCAL_FN bool splats_contain(const SplatSet& set, const Search& search, Vec3 point) {
-  SplatSet open = set;
-  open.closed = false;
+/// True where most rays from a point meet a back first, as they do in a closed body. Several are asked, as splats that reach
+/// over the silhouette say the opposite. `first(ray, hit)` finds what a ray meets first, front or back, if anything.
+template <class First>
+EMBRUN_LOCAL_FN bool most_meet_backs(Vec3 point, const First& first) {
   int backs = 0;
   for (int i = 0; i < splat_inside_directions; ++i) {
     Ray ray;
     ray.origin = point;
     ray.direction = splat_inside_direction(i);
     SurfaceHit hit;
-    if (intersect_splats(open, search, ray, false, {}, hit) && !hit.entering) ++backs;
+    if (first(ray, hit) && !hit.entering) ++backs;
   }
-  return backs >= 3;
+  return 2 * backs > splat_inside_directions;
+}
+
+/// True for points in a closed body.
+template <class Search>
+EMBRUN_LOCAL_FN bool splats_contain(const SplatSet& set, const Search& search, Vec3 point) {
+  SplatSet open = set;
+  open.closed = false;
+  return most_meet_backs(
+      point, [&](const Ray& ray, SurfaceHit& hit) { return intersect_splats(open, search, ray, false, {}, hit); });
 }
 
 }  // namespace embrun
