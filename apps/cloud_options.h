@@ -2,6 +2,7 @@
 
 #include <embrun/cloud_options.h>
 #include <embrun/embrun.h>
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -53,7 +54,7 @@ inline void add_cloud_surface_options(CLI::App& c, RenderOptions& o) {
       ->group(cloud_options_group);
   c.add_option("--mls-support", o.mls_support,
                "1 to 16: how far a point is felt by mls, in splat radii; more is smoother")
-      ->default_str("3")
+      ->default_str(fmt::format("{}", default_mls_support))
       ->group(cloud_options_group);
 }
 

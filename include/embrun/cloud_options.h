@@ -6,6 +6,9 @@
 
 namespace embrun {
 
+/// How far the surface mls feels a point where nothing is said, in splat radii.
+inline constexpr double default_mls_support = 3;
+
 /// How the points of a scan become splats. Names are those of the command line; a wrong one throws and lists the right ones.
 struct CloudOptions {
   std::string points = "auto";   ///< auto, surface (samples of surfaces), fluid (particles of one)

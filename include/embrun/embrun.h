@@ -93,7 +93,8 @@ struct RenderOptions {
   // Points of surfaces, which are no fluid.
   CloudOptions cloud;
   std::string point_surface = "splats";  ///< splats, mls: a smooth moving least squares surface through them
-  std::optional<double> mls_support;     ///< of mls: how far a point is felt, in splat radii, 1 to 16; default 3
+  /// Of mls: how far a point is felt, in splat radii, 1 to 16; default: default_mls_support.
+  std::optional<double> mls_support;
   /// Level of detail: one splat stands for all those of a part of the cloud that is smaller than so many pixels, and after
   /// scattering than so many footprints of the path. 0: off, every splat counts. Default: 1 for a file of splats
   /// (splat_file), else off.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/mls_line.h"
+#include "geometry/mls_support.h"
 #include "geometry/splat_set.h"
 #include "geometry/splat_tree.h"
 #include "math/next_float.h"
@@ -9,9 +10,6 @@
 // build_ball_tree(): a splat's radius is the point's support h.
 
 namespace embrun {
-
-/// Supports as a multiple of the splat radius that just closes the surface.
-inline constexpr double mls_default_support = 3;
 
 /// What a ray may meet.
 enum class MlsSides : std::uint8_t { both, fronts, backs };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "geometry/mls_support.h"
 #include "render/cloud_options.h"
 #include "render/color_by.h"
 #include "render/default_scene.h"
@@ -14,6 +15,8 @@
 #include "scene/splats_of_cloud.h"
 
 namespace embrun {
+
+static_assert(default_mls_support == mls_default_support, "the public face and what is rendered have one default");
 
 void check_scan_options(const RenderOptions& options, const std::string& file) {
   const std::pair<const char*, bool> of_fluids[] = {{"radius", options.radius.has_value()},

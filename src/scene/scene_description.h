@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "camera/camera.h"
+#include "geometry/mls_support.h"
 #include "geometry/surface_settings.h"
 #include "geometry/triangle_mesh.h"
 #include "image/image.h"
@@ -46,7 +47,7 @@ struct SplatsDescription {
   bool closed = false;
   CloudSurface surface = CloudSurface::splats;
   /// Of a moving least squares surface: how far a point is felt, in radii of its splat, in [1, 16].
-  double mls_support = 3;
+  double mls_support = mls_default_support;
   bool bent_normals = false;  ///< a splat's normal turns over it as those of its neighbours do
   /// Level of detail: where a ray's footprint (a pixel's, at first) times this is larger than a part of the cloud, one splat
   /// stands for the part. 0: off, every splat is met.
