@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -17,64 +18,47 @@ namespace embrun {
 
 namespace {
 
-/// Tiles of one piece of work; its lists are put together in the order of the pieces.
-constexpr std::size_t tiles_per_piece = 8;
+/// Tiles of one piece of work, and pieces that are worked on before their lists are put together, in order.
+constexpr std::size_t tiles_per_piece = 8, pieces_per_wave = 512;
 
-/// Puts the pieces' records and lists together, in order.
-void join_pieces(std::vector<SurfacePiece>& pieces, std::vector<SurfaceTile>& tiles,
-                 ImplicitSurface::Storage& storage) {
-  struct Offsets {
-    std::size_t cells = 0, packed = 0, wide = 0, packed_recovered = 0, wide_recovered = 0;
-  };
-  std::vector<Offsets> offsets(pieces.size());
-  Offsets total;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    offsets[i] = total;
-    total.cells += pieces[i].cells.size();
-    total.packed += pieces[i].packed.size();
-    total.wide += pieces[i].wide.size();
-    total.packed_recovered += pieces[i].packed_recovered.size();
-    total.wide_recovered += pieces[i].wide_recovered.size();
-    storage.stats.near_cells += pieces[i].near_leaves;
-    storage.stats.mean_list_length += static_cast<double>(pieces[i].list_entries);
+/// Appends `from` to `to`. Where it has to grow it gets room for all that is to come if it goes on as it did for
+/// `done` of it, within reason: what is too much is never touched, and costs no memory.
+template <class T>
+void append(const std::vector<T>& from, std::vector<T>& to, double done) {
+  const std::size_t size = to.size() + from.size();
+  if (size > to.capacity())
+    to.reserve(static_cast<std::size_t>(std::min(1.2 / done, 4.0) * static_cast<double>(size)) + 1);
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Appends a piece's records and lists, and empties it. `tiles` are its own; after it `done` of all are.
+void take_piece(SurfacePiece& piece, std::span<SurfaceTile> tiles, double done, ImplicitSurface::Storage& storage) {
+  const std::size_t cells = storage.cells.size();
+  const std::size_t lists = storage.packed_lists.size() / packed_stride + storage.wide_lists.size() / wide_stride;
+  const std::size_t recovered =
+      storage.packed_recovered.size() / packed_recovered_stride + storage.wide_recovered.size() / wide_recovered_stride;
+  for (SurfaceCell& cell : piece.cells) {
+    if (cell.kind == SurfaceCellKind::split) {
+      cell.list += static_cast<std::uint32_t>(cells);
+    } else {
+      cell.list += static_cast<std::uint32_t>(lists);
+      cell.recovered += static_cast<std::uint32_t>(recovered);
+    }
   }
+  for (SurfaceTile& tile : tiles) tile.first_cell += static_cast<std::uint32_t>(cells);
+  append(piece.cells, storage.cells, done);
+  append(piece.packed, storage.packed_lists, done);
+  append(piece.wide, storage.wide_lists, done);
+  append(piece.packed_recovered, storage.packed_recovered, done);
+  append(piece.wide_recovered, storage.wide_recovered, done);
+  storage.stats.near_cells += piece.near_leaves;
+  storage.stats.mean_list_length += static_cast<double>(piece.list_entries);
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  if (total.cells >= cell_word::inside || total.packed / packed_stride > most || total.wide / wide_stride > most) {
+  if (storage.cells.size() >= cell_word::inside || storage.packed_lists.size() / packed_stride > most ||
+      storage.wide_lists.size() / wide_stride > most) {
     throw Error("the surface has more cells than its indices can name");
   }
-  storage.cells.resize(total.cells);
-  storage.packed_lists.resize(total.packed);
-  storage.wide_lists.resize(total.wide);
-  storage.packed_recovered.resize(total.packed_recovered);
-  storage.wide_recovered.resize(total.wide_recovered);
-  parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      SurfacePiece& piece = pieces[i];
-      const Offsets& o = offsets[i];
-      for (SurfaceCell& cell : piece.cells) {
-        if (cell.kind == SurfaceCellKind::split) {
-          cell.list += static_cast<std::uint32_t>(o.cells);
-        } else {
-          cell.list += static_cast<std::uint32_t>(o.packed / packed_stride + o.wide / wide_stride);
-          cell.recovered += static_cast<std::uint32_t>(o.packed_recovered / packed_recovered_stride +
-                                                       o.wide_recovered / wide_recovered_stride);
-        }
-      }
-      const auto append = [](const auto& from, auto& to, std::size_t at) {
-        std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
-      };
-      append(piece.cells, storage.cells, o.cells);
-      append(piece.packed, storage.packed_lists, o.packed);
-      append(piece.wide, storage.wide_lists, o.wide);
-      append(piece.packed_recovered, storage.packed_recovered, o.packed_recovered);
-      append(piece.wide_recovered, storage.wide_recovered, o.wide_recovered);
-      piece = {};
-      const std::size_t last = std::min(tiles.size(), (i + 1) * tiles_per_piece);
-      for (std::size_t t = i * tiles_per_piece; t < last; ++t) {
-        tiles[t].first_cell += static_cast<std::uint32_t>(o.cells);
-      }
-    }
-  });
+  piece.clear();
 }
 
 }  // namespace
@@ -117,20 +101,32 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   const std::size_t tile_count = static_cast<std::size_t>(plan.tiles[0]) * static_cast<std::size_t>(plan.tiles[1]) *
                                  static_cast<std::size_t>(plan.tiles[2]);
   std::vector<SurfaceTile> tiles(tile_count);
-  std::vector<SurfacePiece> pieces((tile_count + tiles_per_piece - 1) / tiles_per_piece);
-  parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-    TileBuilder builder(plan, sorted, positions, radii, blocks, model, recovered_blocks, recovered);
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t last = std::min(tile_count, (i + 1) * tiles_per_piece);
-      for (std::size_t t = i * tiles_per_piece; t < last; ++t) {
-        const auto row = static_cast<std::size_t>(plan.tiles[0]);
-        const auto slab = row * static_cast<std::size_t>(plan.tiles[1]);
-        builder.build(static_cast<int>(t % row), static_cast<int>(t % slab / row), static_cast<int>(t / slab),
-                      pieces[i], tiles[t]);
+  const std::size_t piece_count = (tile_count + tiles_per_piece - 1) / tiles_per_piece;
+  std::vector<SurfacePiece> pieces(std::min(piece_count, pieces_per_wave));
+  for (std::size_t wave = 0; wave < piece_count; wave += pieces_per_wave) {
+    const std::size_t in_wave = std::min(pieces_per_wave, piece_count - wave);
+    const auto tiles_of = [&](std::size_t piece) {
+      const std::size_t first = (wave + piece) * tiles_per_piece;
+      return std::pair{first, std::min(tile_count, first + tiles_per_piece)};
+    };
+    parallel_for(in_wave, 1, [&](std::size_t begin, std::size_t end) {
+      TileBuilder builder(plan, sorted, positions, radii, blocks, model, recovered_blocks, recovered);
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto [first, last] = tiles_of(i);
+        for (std::size_t t = first; t < last; ++t) {
+          const auto row = static_cast<std::size_t>(plan.tiles[0]);
+          const auto slab = row * static_cast<std::size_t>(plan.tiles[1]);
+          builder.build(static_cast<int>(t % row), static_cast<int>(t % slab / row), static_cast<int>(t / slab),
+                        pieces[i], tiles[t]);
+        }
       }
+    });
+    for (std::size_t i = 0; i < in_wave; ++i) {
+      const auto [first, last] = tiles_of(i);
+      take_piece(pieces[i], std::span(tiles).subspan(first, last - first),
+                 static_cast<double>(last) / static_cast<double>(tile_count), *storage);
     }
-  });
-  join_pieces(pieces, tiles, *storage);
+  }
   storage->words = make_cell_words(tiles, plan.tiles);
 
   ImplicitSurfaceView& view = storage->view;

@@ -33,6 +33,16 @@ struct SurfacePiece {
   std::vector<float> wide, wide_recovered;
   std::uint64_t list_entries = 0;
   std::uint64_t near_leaves = 0;
+
+  /// Empties it but keeps its room.
+  void clear() {
+    cells.clear();
+    packed.clear();
+    packed_recovered.clear();
+    wide.clear();
+    wide_recovered.clear();
+    list_entries = near_leaves = 0;
+  }
 };
 
 /// Growing arrays of particles with room for a few more, reused from box to box.
