@@ -102,7 +102,7 @@ Vec3 TileBuilder::cell_center(int cell) const {
 Vec3 TileBuilder::brick_middle(int brick) const {
   const auto unit = static_cast<float>(plan_.units_per_grid);
   return Vec3{static_cast<float>(2 * (brick & 1) + 1), static_cast<float>((brick & 2) + 1),
-              static_cast<float>(brick / 4 * 2 + 1)} *
+              static_cast<float>((brick >> 2) * 2 + 1)} *
          unit;
 }
 

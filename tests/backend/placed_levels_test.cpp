@@ -13,8 +13,10 @@
 namespace embrun {
 namespace {
 
-using namespace testing_support;
 using measure::Dice;
+using testing_support::Measured;
+using testing_support::render_and_measure;
+using testing_support::scene_seen;
 
 constexpr double spacing = 0.1;
 constexpr double stretch = 4;  // along z
