@@ -109,10 +109,9 @@ EMBRUN_FN std::uint32_t valid_less(std::size_t i, std::size_t count, F16 a, F16 
   return mask_less(a, b) & ((1u << valid) - 1u);
 }
 
-/// Appends those of particles i to i + 15 (of `count`) with a < b to `out`, in order.
-EMBRUN_FN void append_less(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::size_t count, F16 a,
-                           F16 b, const ParticleArrays& out, std::size_t& kept) {
-  const std::uint32_t mask = valid_less(i, count, a, b);
+/// Appends those of particles i to i + 15 whose bits are set to `out`, in order.
+EMBRUN_FN void append(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::uint32_t mask,
+                      const ParticleArrays& out, std::size_t& kept) {
   compress_store16(out.x + kept, load16(in.x + i), mask);
   compress_store16(out.y + kept, load16(in.y + i), mask);
   compress_store16(out.z + kept, load16(in.z + i), mask);
@@ -120,25 +119,26 @@ EMBRUN_FN void append_less(const CellFrame& frame, const ParticleArrays& in, std
   kept += static_cast<std::size_t>(__builtin_popcount(mask));
 }
 
+/// Which of particles i to i + 15 (of `count`) are felt in the box center +- half.
+EMBRUN_FN std::uint32_t felt_in_box(const CellFrame& frame, const ParticleArrays& in, std::size_t i, std::size_t count,
+                                    Vec3 center, float half) {
+  const F16 distance = box_distance_squared(load16(in.x + i), load16(in.y + i), load16(in.z + i), center, half);
+  const F16 reach = frame.equal_radii ? splat(frame.reach) : load16(in.reach + i);
+  return valid_less(i, count, distance, reach * reach);
+}
+
 std::size_t gather(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
                    const ParticleArrays& out) {
   std::size_t kept = 0;
-  F16 reach = splat(frame.reach);
-  for (std::size_t i = 0; i < count; i += 16) {
-    const F16 distance = box_distance_squared(load16(in.x + i), load16(in.y + i), load16(in.z + i), center, half);
-    if (!frame.equal_radii) reach = load16(in.reach + i);
-    append_less(frame, in, i, count, distance, reach * reach, out, kept);
-  }
+  for (std::size_t i = 0; i < count; i += 16)
+    append(frame, in, i, felt_in_box(frame, in, i, count, center, half), out, kept);
   return kept;
 }
 
 void mark(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
           std::uint8_t bit, std::uint8_t* marks) {
-  F16 reach = splat(frame.reach);
   for (std::size_t i = 0; i < count; i += 16) {
-    const F16 distance = box_distance_squared(load16(in.x + i), load16(in.y + i), load16(in.z + i), center, half);
-    if (!frame.equal_radii) reach = load16(in.reach + i);
-    for (std::uint32_t felt = valid_less(i, count, distance, reach * reach); felt != 0; felt &= felt - 1) {
+    for (std::uint32_t felt = felt_in_box(frame, in, i, count, center, half); felt != 0; felt &= felt - 1) {
       std::uint8_t& marked = marks[i + static_cast<std::size_t>(lowest_bit(felt))];
       marked = static_cast<std::uint8_t>(marked | bit);
     }
@@ -209,7 +209,7 @@ FirstLook first_look(const CellFrame& frame, const ParticleArrays& list, std::si
     if (!frame.equal_radii) scale = frame.support / load16(list.reach + i);
     const F16 distance = box_distance_squared(x, y, z, center, half) * (scale * scale);
     most += KernelLanes<kernel>::value(distance);
-    append_less(frame, list, i, count, distance, splat(limit), near, near_count);
+    append(frame, list, i, valid_less(i, count, distance, splat(limit)), near, near_count);
   }
   pad(frame, near, near_count);
   scale = splat(frame.support / frame.reach);

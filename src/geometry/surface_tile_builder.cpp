@@ -442,12 +442,11 @@ void TileBuilder::write_own_list(SurfacePiece& piece, SurfaceCell& record, Vec3 
   piece.list_entries += listed;
   order_.resize(listed);
   std::iota(order_.begin(), order_.end(), 0u);
-  const std::size_t eights = (listed + 7) / 8;
-  const int log2 = part_log2(eights);
+  const int log2 = part_log2((listed + 7) / 8);
   record.list = write_list(piece, cell_, center, log2);
   record.place.code = static_cast<std::uint8_t>(ListPlace::own | log2 << 4);
-  const std::size_t parts = (eights + (std::size_t{1} << log2) - 1) >> log2;
-  record.list_bits = 0xffffffffu >> (32 - parts);
+  // Of all parts, to which order_ is filled up now.
+  record.list_bits = 0xffffffffu >> (32 - (order_.size() / 8 >> log2));
 }
 
 std::uint32_t TileBuilder::write_list(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle, int log2) {
