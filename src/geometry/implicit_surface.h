@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "geometry/particle_eights.h"
 #include "geometry/surface_settings.h"
 #include "math/vec.h"
 
@@ -69,17 +70,6 @@ EMBRUN_FN int skip(std::uint32_t word, int octant) {
 }
 }  // namespace cell_word
 
-/// Numbers eight particles of a list take: x, y, z (8 each), then 1/b where radii differ, then the weight in lists of
-/// recovered particles (packed: 65535 w).
-inline constexpr std::size_t packed_stride = 24, packed_recovered_stride = 32;
-inline constexpr std::size_t wide_stride = 32, wide_recovered_stride = 40;
-
-/// The lattice of lists of particles of equal radii, the same along the three axes.
-struct ListLattice {
-  float per_cell;  ///< steps a grid unit
-  float middle;    ///< coordinate of the middle of the list's box
-};
-
 /// What a ray sees of an implicit surface: flat arrays, read-only, the same on host and device.
 /// The surface is max(D/T, D'/T') = 1 (D' the field of the recovered particles).
 struct ImplicitSurfaceView {
@@ -90,17 +80,17 @@ struct ImplicitSurfaceView {
   int tiles[3];
   const std::uint32_t* words;  ///< cell_word of each cell, 64 to a tile of 4x4x4, x fastest in both
   const SurfaceCell* cell;
-  // Lists: 16-bit coordinates on the cell's lattice when all radii are equal, else floats in grid units.
-  const std::uint16_t* packed_lists;
-  const std::uint16_t* packed_recovered;
-  const float* wide_lists;
-  const float* wide_recovered;
+  // Lists: the packed ones when all radii are equal, else the wide ones.
+  const PackedEight* packed;
+  const PackedRecoveredEight* packed_recovered;
+  const WideEight* wide;
+  const WideRecoveredEight* wide_recovered;
   float inverse_threshold;            ///< 1/T
   float recovered_inverse_threshold;  ///< 1/T'
   float inverse_influence;            ///< 1/b in 1/grid units (equal radii)
   float recovered_inverse_influence;  ///< 1/b' (equal radii)
-  ListLattice lattice;                ///< of packed_lists
-  ListLattice recovered_lattice;      ///< of packed_recovered: finer, since b' is shorter than b
+  float packed_step;                  ///< a step of the packed lists' lattice, in b
+  float packed_recovered_step;        ///< of the recovered lists', in b': finer, since b' is shorter than b
   Kernel kernel;
   NormalMode normal;
   bool equal_radii;

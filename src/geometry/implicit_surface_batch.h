@@ -21,21 +21,20 @@ namespace embrun {
 //   void settle(int i, bool found);    // called once for each ray, in any order
 
 /// Calls for what a near cell feels of a list: the parts from the first to the last.
-template <class T>
-EMBRUN_FN void prefetch_list(const T* lists, std::size_t stride, const SurfaceCell& cell) {
+template <class Eight>
+EMBRUN_FN void prefetch_list(const Eight* lists, const SurfaceCell& cell) {
   if (cell.list_bits == 0) return;
   const int first = lowest_bit(cell.list_bits), end = highest_bit(cell.list_bits) + 1, log2 = cell.place.eights_log2();
-  const std::size_t from = cell.list + (static_cast<std::size_t>(first) << log2);
-  prefetch_range(lists + from * stride, (static_cast<std::size_t>(end - first) << log2) * stride * sizeof(T));
+  prefetch_range(lists + cell.list + (static_cast<std::size_t>(first) << log2),
+                 (static_cast<std::size_t>(end - first) << log2) * sizeof(Eight));
 }
 EMBRUN_FN void prefetch_lists(const ImplicitSurfaceView& s, const SurfaceCell& cell) {
-  const std::size_t recovered = cell.recovered;
   if (s.equal_radii) {
-    prefetch_list(s.packed_lists, packed_stride, cell);
-    if (cell.recovered_eights > 0) prefetch_range(s.packed_recovered + recovered * packed_recovered_stride, 64);
+    prefetch_list(s.packed, cell);
+    if (cell.recovered_eights > 0) prefetch_range(s.packed_recovered + cell.recovered, sizeof(PackedRecoveredEight));
   } else {
-    prefetch_list(s.wide_lists, wide_stride, cell);
-    if (cell.recovered_eights > 0) prefetch_range(s.wide_recovered + recovered * wide_recovered_stride, 160);
+    prefetch_list(s.wide, cell);
+    if (cell.recovered_eights > 0) prefetch_range(s.wide_recovered + cell.recovered, sizeof(WideRecoveredEight));
   }
 }
 

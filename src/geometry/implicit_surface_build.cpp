@@ -33,11 +33,10 @@ void append(const std::vector<T>& from, std::vector<T>& to, double done) {
 
 /// Appends a piece's records and lists, and empties it. `tiles` are its own; after it `done` of all are.
 void take_piece(SurfacePiece& piece, std::span<SurfaceTile> tiles, double done, ImplicitSurface::Storage& storage) {
-  const std::size_t cells = storage.cells.size();
-  const std::size_t lists = storage.packed_lists.size() / packed_stride + storage.wide_lists.size() / wide_stride;
-  const std::size_t recovered =
-      storage.packed_recovered.size() / packed_recovered_stride + storage.wide_recovered.size() / wide_recovered_stride;
-  for (SurfaceCell& cell : piece.cells) {
+  SurfaceRecords& from = piece.records;
+  SurfaceRecords& to = storage.records;
+  const std::size_t cells = to.cells.size(), lists = to.eights(), recovered = to.recovered_eights();
+  for (SurfaceCell& cell : from.cells) {
     if (cell.kind == SurfaceCellKind::split) {
       cell.list += static_cast<std::uint32_t>(cells);
     } else {
@@ -46,16 +45,15 @@ void take_piece(SurfacePiece& piece, std::span<SurfaceTile> tiles, double done, 
     }
   }
   for (SurfaceTile& tile : tiles) tile.first_cell += static_cast<std::uint32_t>(cells);
-  append(piece.cells, storage.cells, done);
-  append(piece.packed, storage.packed_lists, done);
-  append(piece.wide, storage.wide_lists, done);
-  append(piece.packed_recovered, storage.packed_recovered, done);
-  append(piece.wide_recovered, storage.wide_recovered, done);
+  append(from.cells, to.cells, done);
+  append(from.packed, to.packed, done);
+  append(from.wide, to.wide, done);
+  append(from.packed_recovered, to.packed_recovered, done);
+  append(from.wide_recovered, to.wide_recovered, done);
   storage.stats.near_cells += piece.near_leaves;
   storage.stats.mean_list_length += static_cast<double>(piece.list_entries);
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  if (storage.cells.size() >= cell_word::inside || storage.packed_lists.size() / packed_stride > most ||
-      storage.wide_lists.size() / wide_stride > most) {
+  if (to.cells.size() >= cell_word::inside || to.eights() > most || to.recovered_eights() > most) {
     throw Error("the surface has more cells than its indices can name");
   }
   piece.clear();
@@ -138,17 +136,18 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   view.cell_size = static_cast<float>(plan.cell_size);
   view.cells_per_metre = 1.0 / plan.cell_size;
   view.words = storage->words.data();
-  view.cell = storage->cells.data();
-  view.packed_lists = storage->packed_lists.data();
-  view.wide_lists = storage->wide_lists.data();
-  view.packed_recovered = storage->packed_recovered.data();
-  view.wide_recovered = storage->wide_recovered.data();
+  const SurfaceRecords& records = storage->records;
+  view.cell = records.cells.data();
+  view.packed = records.packed.data();
+  view.wide = records.wide.data();
+  view.packed_recovered = records.packed_recovered.data();
+  view.wide_recovered = records.wide_recovered.data();
   view.inverse_threshold = 1.0f / model.threshold;
   view.recovered_inverse_threshold = 1.0f / model.recover_threshold;
   view.recovered_inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.recover_radius));
   view.inverse_influence = static_cast<float>(plan.cell_size / static_cast<double>(model.influence_radius));
-  view.lattice = plan.lattice;
-  view.recovered_lattice = plan.recovered_lattice;
+  view.packed_step = view.inverse_influence / static_cast<float>(plan.units_per_grid);
+  view.packed_recovered_step = view.recovered_inverse_influence / plan.recovered_units_per_grid;
   view.kernel = model.kernel;
   view.normal = model.normal;
   view.equal_radii = plan.equal_radii;
@@ -158,10 +157,7 @@ ImplicitSurface build_implicit_surface(std::span<const Vec3> positions, std::spa
   stats.recovered_particles = recovered.size();
   stats.cells = tile_count * tile_cells;
   stats.mean_list_length /= std::max<double>(1.0, static_cast<double>(stats.near_cells));
-  stats.bytes = storage->words.size() * sizeof(std::uint32_t) + storage->cells.size() * sizeof(SurfaceCell) +
-                storage->packed_lists.size() * sizeof(std::uint16_t) +
-                storage->packed_recovered.size() * sizeof(std::uint16_t) +
-                (storage->wide_lists.size() + storage->wide_recovered.size()) * sizeof(float);
+  stats.bytes = storage->words.size() * sizeof(std::uint32_t) + records.bytes();
   stats.influence_radius = model.influence_radius;
   stats.threshold = model.threshold;
   return ImplicitSurface(std::move(storage));

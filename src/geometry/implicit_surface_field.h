@@ -49,75 +49,63 @@ template <SurfaceBranch branch>
 EMBRUN_FN float equal_inverse_influence(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_influence : s.recovered_inverse_influence;
 }
+/// A step of the packed lists' lattice, in the same radii.
 template <SurfaceBranch branch>
-EMBRUN_FN const ListLattice& lattice(const ImplicitSurfaceView& s) {
-  return branch == SurfaceBranch::main ? s.lattice : s.recovered_lattice;
+EMBRUN_FN float packed_step(const ImplicitSurfaceView& s) {
+  return branch == SurfaceBranch::main ? s.packed_step : s.packed_recovered_step;
 }
 template <SurfaceBranch branch>
 EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_threshold : s.recovered_inverse_threshold;
 }
 
-/// A point of the cell as FeltParticles wants it: in influence radii from the lattice's zero, or in grid units from the
-/// middle of the list's box where radii differ.
+/// A point of the cell as FeltParticles wants it, from the middle of the list's box: in influence radii, or in grid units
+/// where radii differ.
 template <SurfaceBranch branch, bool equal_radii>
 EMBRUN_FN Vec3 list_coordinates(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y) {
   // A cell has its recovered particles for itself.
   const Vec3 from_middle = branch == SurfaceBranch::main ? y + cell.place.offset() : y;
-  if constexpr (equal_radii) {
-    const float radii = equal_inverse_influence<branch>(s);
-    const float shift = lattice<branch>(s).middle / lattice<branch>(s).per_cell * radii;
-    return from_middle * radii + Vec3{shift, shift, shift};
-  } else {
-    return from_middle;
-  }
+  return equal_radii ? from_middle * equal_inverse_influence<branch>(s) : from_middle;
 }
-
-/// A coordinate for lanes without a particle.
-inline constexpr int far_away = 1000000000;
 
 /// The particles of one field that are felt in a cell, a register of them at a time, relative to a point.
 template <SurfaceBranch branch, bool equal_radii>
 class FeltParticles {
  public:
   EMBRUN_FN FeltParticles(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y)
-      : scale_(equal_inverse_influence<branch>(s) / lattice<branch>(s).per_cell),
-        origin_(list_coordinates<branch, equal_radii>(s, cell, y)) {
+      : step_(packed_step<branch>(s)), origin_(list_coordinates<branch, equal_radii>(s, cell, y)) {
     lanes_.inverse_influence = RegisterLanes(equal_inverse_influence<branch>(s));
-    if constexpr (equal_radii) {
-      lists_ = recovered ? s.packed_recovered : s.packed_lists;
-    } else {
-      lists_ = recovered ? s.wide_recovered : s.wide_lists;
-    }
     if constexpr (recovered) {
-      lists_ += cell.recovered * stride;
+      if constexpr (equal_radii) {
+        list_ = s.packed_recovered + cell.recovered;
+      } else {
+        list_ = s.wide_recovered + cell.recovered;
+      }
       left_ = cell.recovered_eights;
     } else {
-      lists_ += cell.list * stride;
+      if constexpr (equal_radii) {
+        list_ = s.packed + cell.list;
+      } else {
+        list_ = s.wide + cell.list;
+      }
       bits_ = list_bits_ = cell.list_bits;
-      passes_ = 1 << cell.place.eights_log2();
-      part_stride_ = static_cast<std::size_t>(passes_) * stride;
+      part_ = passes_ = 1 << cell.place.eights_log2();
     }
   }
 
   /// The next ones; false when there are no more.
   EMBRUN_FN bool next(ParticleLanes& p) {
-    const Number* from;
-    if constexpr (register_lanes >= 8) {
-      if (!next_eight(from)) return false;
-    } else {
-      if (in_eight_ == 0 && !next_eight(at_)) return false;
-      from = at_ + in_eight_;
-      in_eight_ = (in_eight_ + register_lanes) % 8;
-    }
     if constexpr (register_lanes == 16) {
-      const Number* second = nullptr;
+      const Eight *first, *second = nullptr;
+      if (!next_eight(first)) return false;
       next_eight(second);
-      load([&](int attribute, int none) {
-        return load_two_eights(from + 8 * attribute, second != nullptr ? second + 8 * attribute : nullptr, none);
+      load([&](const auto& array, auto none) {
+        return join_eights(array(*first), second != nullptr ? array(*second) : nullptr, none);
       });
     } else {
-      load([&](int attribute, int) { return load_lanes<RegisterLanes>(from + 8 * attribute); });
+      if (in_eight_ == 0 && !next_eight(eight_)) return false;
+      load([&](const auto& array, auto) { return load_register(array(*eight_) + in_eight_); });
+      in_eight_ = (in_eight_ + register_lanes) % 8;
     }
     p = lanes_;
     return true;
@@ -125,55 +113,56 @@ class FeltParticles {
 
  private:
   static constexpr bool recovered = branch == SurfaceBranch::recovered;
-  static constexpr std::size_t stride = equal_radii ? recovered ? packed_recovered_stride : packed_stride
-                                        : recovered ? wide_recovered_stride
-                                                    : wide_stride;
-  using Number = std::conditional_t<equal_radii, std::uint16_t, float>;
+  using Eight = std::conditional_t<equal_radii, std::conditional_t<recovered, PackedRecoveredEight, PackedEight>,
+                                   std::conditional_t<recovered, WideRecoveredEight, WideEight>>;
 
-  EMBRUN_FN bool next_eight(const Number*& eight) {
+  EMBRUN_FN bool next_eight(const Eight*& eight) {
     if constexpr (recovered) {
       if (left_ == 0) return false;
       --left_;
-      eight = lists_;
-      lists_ += stride;
+      eight = list_++;
     } else {
       // First the first eights of all parts, then the second ones: nearly always a part has but one.
       if (bits_ == 0) {
         if (--passes_ <= 0) return false;
-        lists_ += stride;
+        ++list_;
         bits_ = list_bits_;
       }
-      eight = lists_ + static_cast<std::size_t>(lowest_bit(bits_)) * part_stride_;
+      eight = list_ + lowest_bit(bits_) * part_;
       bits_ &= bits_ - 1;
     }
     return true;
   }
 
-  /// `attribute` gives a register of an attribute by its number in the lists, and by what stands for no particle there.
-  template <class Attribute>
-  EMBRUN_FN void load(const Attribute& attribute) {
+  /// `of` gives a register of one of an eight's arrays, and where there is no eight of what stands for no particle.
+  template <class Of>
+  EMBRUN_FN void load(const Of& of) {
     if constexpr (equal_radii) {
-      lanes_.x = attribute(0, 65535) * scale_ - origin_.x;
-      lanes_.y = attribute(1, 65535) * scale_ - origin_.y;
-      lanes_.z = attribute(2, 65535) * scale_ - origin_.z;
-      if constexpr (recovered) lanes_.weight = attribute(3, 0) * (1.0f / 65535.0f);
+      const LaneIntRegister xz = of([](const Eight& e) { return e.xz; }, packed_nowhere.xz);
+      const LaneIntRegister yz = of([](const Eight& e) { return e.yz; }, packed_nowhere.yz);
+      lanes_.x = to_lanes(to_float(packed_x(xz))) * step_ - origin_.x;
+      lanes_.y = to_lanes(to_float(packed_y(yz))) * step_ - origin_.y;
+      lanes_.z = to_lanes(to_float(packed_z(xz, yz))) * step_ - origin_.z;
     } else {
-      lanes_.inverse_influence = attribute(3, 1);
-      lanes_.x = (attribute(0, far_away) - origin_.x) * lanes_.inverse_influence;
-      lanes_.y = (attribute(1, far_away) - origin_.y) * lanes_.inverse_influence;
-      lanes_.z = (attribute(2, far_away) - origin_.z) * lanes_.inverse_influence;
-      if constexpr (recovered) lanes_.weight = attribute(4, 0);
+      lanes_.inverse_influence = to_lanes(of([](const Eight& e) { return e.inverse_influence; }, 1.0f));
+      const auto coordinate = [&](const auto& array, RegisterLanes origin) {
+        return (to_lanes(of(array, far_away)) - origin) * lanes_.inverse_influence;
+      };
+      lanes_.x = coordinate([](const Eight& e) { return e.x; }, origin_.x);
+      lanes_.y = coordinate([](const Eight& e) { return e.y; }, origin_.y);
+      lanes_.z = coordinate([](const Eight& e) { return e.z; }, origin_.z);
     }
+    if constexpr (recovered) lanes_.weight = to_lanes(of([](const Eight& e) { return e.weight; }, 0.0f));
   }
 
-  const Number* lists_ = nullptr;
-  const Number* at_ = nullptr;  ///< where registers hold fewer than eight: the eight, and
-  int in_eight_ = 0;            ///< where in it
+  const Eight* list_;
+  const Eight* eight_ = nullptr;  ///< where registers hold no more than eight: the eight, and
+  int in_eight_ = 0;              ///< where in it
   int left_ = 0;
   std::uint32_t bits_ = 0, list_bits_ = 0;
   int passes_ = 0;
-  std::size_t part_stride_ = 0;
-  RegisterLanes scale_;
+  int part_ = 0;  ///< eights of a part
+  RegisterLanes step_;
   VecLanes origin_;
   ParticleLanes lanes_;
 };
@@ -294,12 +283,12 @@ EMBRUN_LOCAL_FN FieldNormals field_normals(const ImplicitSurfaceView& s, const S
   }
   const float scale = inverse_threshold<branch>(s);
   const LaneSums w = sum_lanes(wx, wy, wz, sum);
-  const LaneSums g = bounded ? sum_lanes(gx, gy, gz, rise) : sum_lanes(gx, gy, gz, RegisterLanes(0.0f));
+  const LaneSums g = sum_lanes(gx, gy, gz, rise);
   return {w.of[3] * scale - 1.0f,
           {w.of[0], w.of[1], w.of[2]},
           Vec3{g.of[0], g.of[1], g.of[2]} * scale,
           g.of[3] * scale,
-          bounded ? sum_lanes(fall) * scale : 0.0f};
+          sum_lanes(fall) * scale};
 }
 
 /// The field and its derivative along the unit vector `direction`, with bounds that hold within the distance `within` in every

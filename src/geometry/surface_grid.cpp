@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "geometry/kernels.h"
+#include "geometry/particle_eights.h"
 
 namespace embrun {
 
@@ -24,10 +25,10 @@ float median_volume_radius(std::span<const float> radii) {
   return sorted.back();
 }
 
-/// 16 bits hold the support on all sides of a box of `side` cells, and a value beyond it for empty lanes.
-ListLattice list_lattice(double reach_in_cells, double side) {
-  const double per_cell = std::floor(65400.0 / (2.0 * reach_in_cells + side));
-  return {static_cast<float>(per_cell), static_cast<float>(std::ceil((reach_in_cells + 0.5 * side) * per_cell) + 8.0)};
+/// Steps a cell of the finest lattice whose coordinates hold the support on all sides of a box of `side` cells, and a value
+/// beyond it for lanes without a particle. Six times by two, so that the cells of splits are whole steps too.
+double steps_per_cell(double reach_in_cells, double side) {
+  return 64.0 * std::floor((packed_end - 8) / (64.0 * (reach_in_cells + 0.5 * side)));
 }
 
 }  // namespace
@@ -67,12 +68,12 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
   }
 
   plan.units_per_grid = 1.0;
-  plan.lattice = plan.recovered_lattice = {1.0f, 0.0f};
+  plan.recovered_units_per_grid = 1.0f;
   const double reach_in_cells = support * static_cast<double>(model.influence_radius) / plan.cell_size;
   if (plan.equal_radii) {
-    plan.lattice = list_lattice(reach_in_cells, brick_side);
-    plan.units_per_grid = static_cast<double>(plan.lattice.per_cell);
-    plan.recovered_lattice = list_lattice(support * static_cast<double>(model.recover_radius) / plan.cell_size, 1.0);
+    plan.units_per_grid = steps_per_cell(reach_in_cells, brick_side);
+    plan.recovered_units_per_grid =
+        static_cast<float>(steps_per_cell(support * static_cast<double>(model.recover_radius) / plan.cell_size, 1.0));
   }
   plan.frame = {model.kernel,
                 plan.equal_radii,
@@ -86,16 +87,20 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
 SortedLattice sort_particles(std::span<const Vec3> positions, const GridPlan& plan) {
   const std::size_t count = positions.size();
   const double scale = plan.units_per_grid / plan.cell_size;
-  const auto per_cell = static_cast<std::int32_t>(plan.units_per_grid);
-  std::vector<std::int32_t> x(count), y(count), z(count);
+  std::vector<float> x(count), y(count), z(count);
   std::vector<std::uint32_t> cell(count);
+  // A coordinate's cell, and what is left of it.
+  const auto divide = [&](float coordinate, int axis, float& rest) {
+    const double steps = std::floor((static_cast<double>(coordinate) - plan.origin[axis]) * scale + 0.5);
+    const double whole = std::floor(steps / plan.units_per_grid);
+    rest = static_cast<float>(steps - whole * plan.units_per_grid);
+    return static_cast<int>(whole);
+  };
   parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      x[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].x) - plan.origin[0]) * scale + 0.5);
-      y[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].y) - plan.origin[1]) * scale + 0.5);
-      z[i] = static_cast<std::int32_t>((static_cast<double>(positions[i].z) - plan.origin[2]) * scale + 0.5);
-      cell[i] = static_cast<std::uint32_t>(((z[i] / per_cell) * plan.cells[1] + y[i] / per_cell) * plan.cells[0] +
-                                           x[i] / per_cell);
+      const int cx = divide(positions[i].x, 0, x[i]), cy = divide(positions[i].y, 1, y[i]),
+                cz = divide(positions[i].z, 2, z[i]);
+      cell[i] = static_cast<std::uint32_t>((cz * plan.cells[1] + cy) * plan.cells[0] + cx);
     }
   });
   SortedLattice sorted;

@@ -24,15 +24,16 @@ struct GridPlan {
   int tiles[3];
   int cells[3];
   bool equal_radii;
-  double units_per_grid;  ///< list units a grid unit
-  ListLattice lattice, recovered_lattice;
-  double target;  ///< cells larger than this many grid units are split where the surface is
+  double units_per_grid;           ///< list units a grid unit
+  float recovered_units_per_grid;  ///< steps of the lattice of recovered particles' lists a grid unit (equal radii)
+  double target;                   ///< cells larger than this many grid units are split where the surface is
   CellFrame frame;
 };
 
-/// Particles of equal radii on the lattice, sorted by cell.
+/// Particles of equal radii on the lattice, sorted by cell. Relative to the cell's low corner: those of a whole long domain
+/// are more than 32 bits hold.
 struct SortedLattice {
-  std::vector<std::int32_t> x, y, z;
+  std::vector<float> x, y, z;
   std::vector<std::uint32_t> starts;  ///< of each cell's particles; one more than cells
 };
 

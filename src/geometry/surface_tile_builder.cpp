@@ -24,6 +24,11 @@ constexpr std::size_t most_eights = 65535;
 
 constexpr std::uint32_t no_entry = 0xffffffffu;
 
+/// The nearest lattice step, of coordinates of packed lists: made positive, where truncating is rounding down.
+std::int32_t nearest_step(float coordinate) {
+  return static_cast<std::int32_t>(coordinate + (packed_end + 1.5f)) - (packed_end + 1);
+}
+
 /// A cell of a tile by its brick and its number there.
 int brick_cell(int brick, int in_brick) {
   const int x = 2 * (brick & 1) + (in_brick & 1), y = (brick & 2) + (in_brick >> 1 & 1),
@@ -61,7 +66,7 @@ void TileBuilder::build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile
   corner_[2] = tz * tile_side;
   const std::size_t count = plan_.equal_radii ? take_from_lattice() : take_from_blocks();
   take_recovered();
-  tile.first_cell = static_cast<std::uint32_t>(piece.cells.size());
+  tile.first_cell = static_cast<std::uint32_t>(piece.records.cells.size());
   if (count == 0 && tile_recovered_.empty()) return;
 
   const auto unit = static_cast<float>(plan_.units_per_grid);
@@ -82,8 +87,8 @@ void TileBuilder::build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile
     if (((tile.near_mask >> cell) & 1u) == 0) continue;
     const SurfaceCell& record = records_[static_cast<std::size_t>(cell)];
     if (record.kind == SurfaceCellKind::split)
-      splits.push_back({piece.cells.size(), cell_center(cell), 0.5f * unit, 0});
-    piece.cells.push_back(record);
+      splits.push_back({piece.records.cells.size(), cell_center(cell), 0.5f * unit, 0});
+    piece.records.cells.push_back(record);
   }
   while (!splits.empty()) {
     const Pending split = splits.back();
@@ -113,22 +118,24 @@ std::size_t TileBuilder::take_from_lattice() {
     low[a] = std::max(corner_[a] - reach, 0);
     high[a] = std::min(corner_[a] + tile_side + reach, plan_.cells[a]);
   }
-  const auto per_cell = static_cast<std::int32_t>(plan_.units_per_grid);
-  const std::int32_t ox = corner_[0] * per_cell, oy = corner_[1] * per_cell, oz = corner_[2] * per_cell;
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const auto cells_x = static_cast<std::size_t>(plan_.cells[0]), cells_y = static_cast<std::size_t>(plan_.cells[1]);
   std::size_t count = 0;
   for (int z = low[2]; z < high[2]; ++z) {
+    const float from_z = static_cast<float>(z - corner_[2]) * unit;
     for (int y = low[1]; y < high[1]; ++y) {
-      const std::size_t row =
-          (static_cast<std::size_t>(z) * static_cast<std::size_t>(plan_.cells[1]) + static_cast<std::size_t>(y)) *
-          static_cast<std::size_t>(plan_.cells[0]);
-      const std::size_t begin = sorted_.starts[row + static_cast<std::size_t>(low[0])];
-      const std::size_t end = sorted_.starts[row + static_cast<std::size_t>(high[0])];
-      if (begin == end) continue;
-      const ParticleArrays out = all_.with_room(count + (end - begin));
-      for (std::size_t i = begin; i < end; ++i, ++count) {
-        out.x[count] = static_cast<float>(sorted_.x[i] - ox);
-        out.y[count] = static_cast<float>(sorted_.y[i] - oy);
-        out.z[count] = static_cast<float>(sorted_.z[i] - oz);
+      const float from_y = static_cast<float>(y - corner_[1]) * unit;
+      const std::uint32_t* starts =
+          sorted_.starts.data() + (static_cast<std::size_t>(z) * cells_y + static_cast<std::size_t>(y)) * cells_x;
+      if (starts[low[0]] == starts[high[0]]) continue;
+      const ParticleArrays out = all_.with_room(count + (starts[high[0]] - starts[low[0]]));
+      for (int x = low[0]; x < high[0]; ++x) {
+        const float from_x = static_cast<float>(x - corner_[0]) * unit;
+        for (std::size_t i = starts[x]; i < starts[x + 1]; ++i, ++count) {
+          out.x[count] = sorted_.x[i] + from_x;
+          out.y[count] = sorted_.y[i] + from_y;
+          out.z[count] = sorted_.z[i] + from_z;
+        }
       }
     }
   }
@@ -336,11 +343,11 @@ bool TileBuilder::wants_split(const SurfaceCell& record, double size, std::size_
 }
 
 void TileBuilder::divide(SurfacePiece& piece, const Pending& split, std::size_t in_tile, std::vector<Pending>& splits) {
-  const std::size_t first = piece.cells.size();
-  piece.cells.resize(first + 8);
-  piece.cells[split.record] = {};
-  piece.cells[split.record].kind = SurfaceCellKind::split;
-  piece.cells[split.record].list = static_cast<std::uint32_t>(first);
+  const std::size_t first = piece.records.cells.size();
+  piece.records.cells.resize(first + 8);
+  piece.records.cells[split.record] = {};
+  piece.records.cells[split.record].kind = SurfaceCellKind::split;
+  piece.records.cells[split.record].list = static_cast<std::uint32_t>(first);
   const float half = 0.5f * split.half;
   const double size = 2.0 * static_cast<double>(half) / plan_.units_per_grid;
   for (std::size_t i = 0; i < 8; ++i) {
@@ -358,7 +365,7 @@ void TileBuilder::divide(SurfacePiece& piece, const Pending& split, std::size_t 
         write_recovered(piece, record, center);
       }
     }
-    piece.cells[first + i] = record;
+    piece.records.cells[first + i] = record;
   }
 }
 
@@ -455,7 +462,7 @@ std::uint32_t TileBuilder::write_list(SurfacePiece& piece, const ParticleScratch
   if (order_.size() / 8 > most_eights) {
     throw Error("too many particles overlap one place: the neighbourhood order or the radii are too large");
   }
-  const std::size_t list = piece.packed.size() / packed_stride + piece.wide.size() / wide_stride;
+  const std::size_t list = piece.records.eights();
   if (plan_.equal_radii) {
     write_packed(piece, from, middle);
   } else {
@@ -465,34 +472,34 @@ std::uint32_t TileBuilder::write_list(SurfacePiece& piece, const ParticleScratch
 }
 
 void TileBuilder::write_packed(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const {
-  const std::size_t first = piece.packed.size();
-  piece.packed.resize(first + order_.size() / 8 * packed_stride);
-  const float* coordinates[3] = {from.x.data(), from.y.data(), from.z.data()};
-  for (int a = 0; a < 3; ++a) {
-    const float offset = plan_.lattice.middle - middle[a];
-    std::uint16_t* out = piece.packed.data() + first + 8 * a;
-    for (std::size_t i = 0; i < order_.size(); ++i) {
-      const std::uint32_t entry = order_[i];
-      // Lanes without a particle are far away.
-      out[i / 8 * packed_stride + i % 8] =
-          entry == no_entry ? std::uint16_t{65535}
-                            : static_cast<std::uint16_t>(static_cast<int>(coordinates[a][entry] + offset));
+  std::vector<PackedEight>& lists = piece.records.packed;
+  const std::size_t first = lists.size();
+  lists.resize(first + order_.size() / 8);
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const std::uint32_t entry = order_[i];
+    PackedPosition position = packed_nowhere;
+    if (entry != no_entry) {
+      position = pack_position(nearest_step(from.x[entry] - middle.x), nearest_step(from.y[entry] - middle.y),
+                               nearest_step(from.z[entry] - middle.z));
     }
+    PackedEight& eight = lists[first + i / 8];
+    eight.xz[i % 8] = position.xz;
+    eight.yz[i % 8] = position.yz;
   }
 }
 
 void TileBuilder::write_wide(SurfacePiece& piece, const ParticleScratch& from, Vec3 middle) const {
-  const std::size_t first = piece.wide.size();
-  piece.wide.resize(first + order_.size() / 8 * wide_stride, 1e9f);
+  std::vector<WideEight>& lists = piece.records.wide;
+  const std::size_t first = lists.size();
+  lists.resize(first + order_.size() / 8);
   for (std::size_t i = 0; i < order_.size(); ++i) {
-    float* out = piece.wide.data() + first + i / 8 * wide_stride + i % 8;
     const std::uint32_t entry = order_[i];
-    out[24] = 1.0f;
-    if (entry == no_entry) continue;
-    out[0] = from.x[entry] - middle.x;
-    out[8] = from.y[entry] - middle.y;
-    out[16] = from.z[entry] - middle.z;
-    out[24] = plan_.frame.support / from.reach[entry];
+    WideEight& eight = lists[first + i / 8];
+    const bool none = entry == no_entry;
+    eight.x[i % 8] = none ? far_away : from.x[entry] - middle.x;
+    eight.y[i % 8] = none ? far_away : from.y[entry] - middle.y;
+    eight.z[i % 8] = none ? far_away : from.z[entry] - middle.z;
+    eight.inverse_influence[i % 8] = none ? 1.0f : plan_.frame.support / from.reach[entry];
   }
 }
 
@@ -501,8 +508,7 @@ void TileBuilder::write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3
   const std::size_t eights = (cell_recovered_.size() + 7) / 8;
   if (eights > most_eights) throw Error("too many lone particles overlap one place: the radii are too large");
   record.recovered_eights = static_cast<std::uint16_t>(eights);
-  record.recovered = static_cast<std::uint32_t>(piece.packed_recovered.size() / packed_recovered_stride +
-                                                piece.wide_recovered.size() / wide_recovered_stride);
+  record.recovered = static_cast<std::uint32_t>(piece.records.recovered_eights());
   if (plan_.equal_radii) {
     write_packed_recovered(piece, center, eights);
   } else {
@@ -511,37 +517,43 @@ void TileBuilder::write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3
 }
 
 void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights) {
-  const float unit = plan_.recovered_lattice.per_cell;
-  const float shift = plan_.recovered_lattice.middle + 0.5f;  // to the nearest
+  const float unit = plan_.recovered_units_per_grid;
   const Vec3 middle = center * (1.0f / static_cast<float>(plan_.units_per_grid));
-  const std::size_t first = piece.packed_recovered.size();
-  piece.packed_recovered.resize(first + eights * packed_recovered_stride, 65535);
+  std::vector<PackedRecoveredEight>& lists = piece.records.packed_recovered;
+  const std::size_t first = lists.size();
+  lists.resize(first + eights);
   for (std::size_t i = 0; i < eights * 8; ++i) {
-    std::uint16_t* out = piece.packed_recovered.data() + first + i / 8 * packed_recovered_stride + i % 8;
-    out[24] = 0;
-    if (i >= cell_recovered_.size()) continue;
-    const RecoveredParticle& r = cell_recovered_[i];
-    out[0] = static_cast<std::uint16_t>((r.x - middle.x) * unit + shift);
-    out[8] = static_cast<std::uint16_t>((r.y - middle.y) * unit + shift);
-    out[16] = static_cast<std::uint16_t>((r.z - middle.z) * unit + shift);
-    out[24] = static_cast<std::uint16_t>(r.weight * recover_threshold_ * 65535.0f + 0.5f);
+    PackedPosition position = packed_nowhere;
+    float weight = 0.0f;
+    if (i < cell_recovered_.size()) {
+      const RecoveredParticle& r = cell_recovered_[i];
+      position = pack_position(nearest_step((r.x - middle.x) * unit), nearest_step((r.y - middle.y) * unit),
+                               nearest_step((r.z - middle.z) * unit));
+      weight = r.weight * recover_threshold_;
+    }
+    PackedRecoveredEight& eight = lists[first + i / 8];
+    eight.xz[i % 8] = position.xz;
+    eight.yz[i % 8] = position.yz;
+    eight.weight[i % 8] = weight;
   }
 }
 
 void TileBuilder::write_wide_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights) {
-  const std::size_t first = piece.wide_recovered.size();
-  piece.wide_recovered.resize(first + eights * wide_recovered_stride, 1e9f);
+  std::vector<WideRecoveredEight>& lists = piece.records.wide_recovered;
+  const std::size_t first = lists.size();
+  lists.resize(first + eights);
   for (std::size_t i = 0; i < eights * 8; ++i) {
-    float* out = piece.wide_recovered.data() + first + i / 8 * wide_recovered_stride + i % 8;
-    out[24] = 1.0f;
-    out[32] = 0.0f;
-    if (i >= cell_recovered_.size()) continue;
-    const RecoveredParticle& r = cell_recovered_[i];
-    out[0] = r.x - center.x;
-    out[8] = r.y - center.y;
-    out[16] = r.z - center.z;
-    out[24] = r.inverse_radius;
-    out[32] = r.weight * recover_threshold_;
+    RecoveredParticle r{far_away, far_away, far_away, 1.0f, 0.0f};
+    if (i < cell_recovered_.size()) {
+      r = cell_recovered_[i];
+      r = {r.x - center.x, r.y - center.y, r.z - center.z, r.inverse_radius, r.weight * recover_threshold_};
+    }
+    WideRecoveredEight& eight = lists[first + i / 8];
+    eight.x[i % 8] = r.x;
+    eight.y[i % 8] = r.y;
+    eight.z[i % 8] = r.z;
+    eight.inverse_influence[i % 8] = r.inverse_radius;
+    eight.weight[i % 8] = r.weight;
   }
 }
 

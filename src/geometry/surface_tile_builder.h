@@ -7,7 +7,7 @@
 
 #include "geometry/cell_model.h"
 #include "geometry/cell_words.h"
-#include "geometry/implicit_surface.h"
+#include "geometry/implicit_surface_storage.h"
 #include "geometry/particle_blocks.h"
 #include "geometry/surface_grid.h"
 #include "geometry/surface_model.h"
@@ -28,19 +28,13 @@ struct RecoveredParticle {
 
 /// Records and lists of one piece of tiles, with offsets from its own beginnings.
 struct SurfacePiece {
-  std::vector<SurfaceCell> cells;
-  std::vector<std::uint16_t> packed, packed_recovered;
-  std::vector<float> wide, wide_recovered;
+  SurfaceRecords records;
   std::uint64_t list_entries = 0;
   std::uint64_t near_leaves = 0;
 
   /// Empties it but keeps its room.
   void clear() {
-    cells.clear();
-    packed.clear();
-    packed_recovered.clear();
-    wide.clear();
-    wide_recovered.clear();
+    records.clear();
     list_entries = near_leaves = 0;
   }
 };

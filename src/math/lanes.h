@@ -27,7 +27,6 @@ inline constexpr int register_lanes = 4;
 #endif
 typedef float LaneRegister __attribute__((vector_size(4 * register_lanes)));
 typedef std::int32_t LaneIntRegister __attribute__((vector_size(4 * register_lanes)));
-typedef std::uint16_t LaneShortRegister __attribute__((vector_size(2 * register_lanes)));
 // Every function here is inlined, so how a wide vector would be passed does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
@@ -108,58 +107,52 @@ using F16 = Lanes<lane_registers>;
 using RegisterLanes = Lanes<1>;
 
 EMBRUN_FN F16 splat(float v) { return v; }
+EMBRUN_FN LaneRegister load_register(const float* p) {
+  LaneRegister r;
+  __builtin_memcpy(&r, p, sizeof r);
+  return r;
+}
+EMBRUN_FN LaneIntRegister load_register(const std::int32_t* p) {
+  LaneIntRegister r;
+  __builtin_memcpy(&r, p, sizeof r);
+  return r;
+}
 // Register by register: copied whole, gcc moves it through the stack in halves, and waits for the stores.
 template <class F>
 EMBRUN_FN F load_lanes(const float* p) {
   F r;
-  EMBRUN_FOR_PARTS(F::count / register_lanes)
-  __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
+  EMBRUN_FOR_PARTS(F::count / register_lanes) r.part[i] = load_register(p + i * register_lanes);
   return r;
 }
 EMBRUN_FN F16 load16(const float* p) { return load_lanes<F16>(p); }
-/// 16-bit lattice coordinates as floats.
-template <class F>
-EMBRUN_FN F load_lanes(const std::uint16_t* p) {
-  F r;
-#if defined(__CUDACC__)
-  for (int i = 0; i < F::count; ++i) r.part[i] = static_cast<float>(p[i]);
-#else
-  EMBRUN_FOR_PARTS(F::count / register_lanes) {
-#if defined(__AVX512F__)
-    // The compiler widens 16-bit lanes in halves.
-    r.part[i] = _mm512_maskz_cvtepi32_ps(
-        0xffff, _mm512_maskz_cvtepu16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p))));
-#elif defined(__AVX2__)
-    r.part[i] = _mm256_cvtepi32_ps(
-        _mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p + i * register_lanes))));
-#else
-    LaneShortRegister v;
-    __builtin_memcpy(&v, p + i * register_lanes, sizeof v);
-    r.part[i] = __builtin_convertvector(__builtin_convertvector(v, LaneIntRegister), LaneRegister);
-#endif
-  }
-#endif
+EMBRUN_FN RegisterLanes to_lanes(LaneRegister a) {
+  RegisterLanes r;
+  r.part[0] = a;
   return r;
 }
-/// Sixteen lanes of two runs of eight numbers; without a second run its lanes are `none`.
-template <class T>
-EMBRUN_FN F16 load_two_eights(const T* first, const T* second, int none) {
+EMBRUN_FN LaneRegister to_float(LaneIntRegister a) {
 #if defined(__CUDACC__)
-  T both[16];
-  for (int i = 0; i < 8; ++i) {
-    both[i] = first[i];
-    both[8 + i] = second != nullptr ? second[i] : static_cast<T>(none);
-  }
-  return load_lanes<F16>(both);
+  return static_cast<float>(a);
 #else
-  typedef T Eight __attribute__((vector_size(8 * sizeof(T))));
-  Eight low, high = Eight{} + static_cast<T>(none);
-  __builtin_memcpy(&low, first, sizeof low);
-  if (second != nullptr) __builtin_memcpy(&high, second, sizeof high);
-  const auto both = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-  return load_lanes<F16>(reinterpret_cast<const T*>(&both));
+  return __builtin_convertvector(a, LaneRegister);
 #endif
 }
+#if !defined(__CUDACC__)
+/// Sixteen numbers, a register of them where it holds as many.
+template <class T>
+struct Sixteen {
+  typedef T Numbers __attribute__((vector_size(16 * sizeof(T))));
+};
+/// Two runs of eight numbers; without a second run its lanes are `none`.
+template <class T>
+EMBRUN_FN typename Sixteen<T>::Numbers join_eights(const T* first, const T* second, T none) {
+  typedef T Eight __attribute__((vector_size(8 * sizeof(T))));
+  Eight low, high = Eight{} + none;
+  __builtin_memcpy(&low, first, sizeof low);
+  if (second != nullptr) __builtin_memcpy(&high, second, sizeof high);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+#endif
 EMBRUN_FN void store16(float* p, F16 v) {
   EMBRUN_FOR_LANE_PARTS __builtin_memcpy(p + i * register_lanes, &v.part[i], sizeof v.part[i]);
 }
@@ -419,7 +412,7 @@ EMBRUN_FN I16 splat_int(std::int32_t v) {
 }
 EMBRUN_FN I16 load16(const std::int32_t* p) {
   I16 r;
-  EMBRUN_FOR_LANE_PARTS __builtin_memcpy(&r.part[i], p + i * register_lanes, sizeof r.part[i]);
+  EMBRUN_FOR_LANE_PARTS r.part[i] = load_register(p + i * register_lanes);
   return r;
 }
 EMBRUN_FN void store16(std::int32_t* p, I16 v) {
@@ -458,13 +451,7 @@ EMBRUN_FN I16 select(I16 condition, I16 yes, I16 no) {
 
 EMBRUN_FN F16 to_float(I16 v) {
   F16 r;
-  EMBRUN_FOR_LANE_PARTS {
-#if defined(__CUDACC__)
-    r.part[i] = static_cast<float>(v.part[i]);
-#else
-    r.part[i] = __builtin_convertvector(v.part[i], LaneRegister);
-#endif
-  }
+  EMBRUN_FOR_LANE_PARTS r.part[i] = to_float(v.part[i]);
   return r;
 }
 /// Towards zero; of lanes that an integer can hold.

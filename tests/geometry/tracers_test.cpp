@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "measure/oracle_scene.h"
@@ -210,6 +211,58 @@ TEST(Tracer, PlacesCreasesBetweenLoneParticles) {
   // Where the field hardly grows along the ray, so that the coordinates of the particles have to be fine.
   expect_right(make_scene("spray", 3, 2),
                {ray_from({0x1.edaa44p-3f, 0x1.ef491ap-1f, 0x1.3a286cp-1f}, {0.0f, 1.0f, 0.0f}, Side::unknown)});
+}
+
+TEST(FastTracer, PlacesHitsByTheListsAsItWouldByFloats) {
+  // Radii that are said one by one, though equal, make lists of floats. Where the field hardly changes, t tells the
+  // positions' errors many times over.
+  const OracleScene scene = make_scene(EMBRUN_DATA_DIR "/dam_break.bgeo", 2, 1);
+  const oracle::Surface surface =
+      oracle_surface(scene, resolve_surface_model(scene.positions, scene.radii, scene.settings));
+  const std::vector<float> radii(scene.positions.size(), scene.settings.radius);
+  const std::vector<Tracer> packed = make_fast_tracers(scene.positions, {}, scene.settings);
+  const std::vector<Tracer> wide = make_fast_tracers(scene.positions, radii, scene.settings);
+  const double tolerance = 1e-3 * static_cast<double>(scene.settings.radius);  // the oracle's
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    int hits = 0, off = 0;
+    double squares = 0;
+    for (const RayClass ray_class : {RayClass::camera, RayClass::outside, RayClass::inside}) {
+      for (const TestRay& r : make_rays(scene, surface, wide[i].intersect, ray_class, 4000, 5)) {
+        SurfaceHit one, other;
+        if (!packed[i].intersect(r.ray, r.side, one) || !wide[i].intersect(r.ray, r.side, other)) continue;
+        const double d = std::abs(static_cast<double>(one.t) - static_cast<double>(other.t));
+        ++hits;
+        off += d > tolerance ? 1 : 0;
+        squares += std::min(d, 1e-3) * std::min(d, 1e-3);
+      }
+    }
+    EXPECT_GT(hits, 7000) << available_isas()[i];
+    EXPECT_LT(off, hits / 500) << available_isas()[i];
+    EXPECT_LT(std::sqrt(squares / hits), 0.1 * tolerance) << available_isas()[i];
+  }
+}
+
+TEST(FastTracer, IsAsExactAtTheFarEndOfALongThread) {
+  // More cells than 32 bits of lattice steps span; all numbers are exact in single precision.
+  std::vector<Vec3> positions;
+  for (int i = 0; i < 100000; ++i) positions.push_back({static_cast<float>(i) / 16.0f, 0.0f, 0.0f});
+  SurfaceSettings settings;
+  settings.radius = 1.0f / 32.0f;
+  settings.order = 2;
+  for (const Tracer& tracer : make_fast_tracers(positions, {}, settings)) {
+    const auto depth_at = [&](float x) {
+      Ray ray;
+      ray.origin = {x, 1.0f, 0.0f};
+      ray.direction = {0.0f, -1.0f, 0.0f};
+      SurfaceHit hit;
+      return tracer.intersect(ray, Side::outside, hit) ? hit.t : -1.0f;
+    };
+    const float near_depth = depth_at(100.0f / 16.0f);
+    EXPECT_GT(near_depth, 0.9f);
+    EXPECT_LT(near_depth, 1.0f);
+    for (const float i : {5000.0f, 40000.0f, 77777.0f, 99900.0f})
+      EXPECT_NEAR(depth_at(i / 16.0f), near_depth, 1e-6f) << i;
+  }
 }
 
 TEST(FastTracer, NeedsLittleMemory) {

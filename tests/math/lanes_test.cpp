@@ -19,20 +19,19 @@ template <class T>
 void expect_two_eights() {
   T numbers[24];
   for (int i = 0; i < 24; ++i) numbers[i] = static_cast<T>(1000 * i + 7);
-  const std::array<float, 16> both = numbers_of(load_two_eights(numbers, numbers + 16, 3));
-  const std::array<float, 16> one = numbers_of(load_two_eights(numbers, static_cast<const T*>(nullptr), 3));
-  for (std::size_t i = 0; i < 8; ++i) {
-    const auto at = static_cast<float>(i);
-    EXPECT_EQ(both[i], 1000 * at + 7);
-    EXPECT_EQ(both[8 + i], 1000 * (at + 16) + 7);
-    EXPECT_EQ(one[i], 1000 * at + 7);
-    EXPECT_EQ(one[8 + i], 3.0f);
+  const auto both = join_eights(numbers, numbers + 16, T{3});
+  const auto one = join_eights(numbers, static_cast<const T*>(nullptr), T{3});
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(both[i], static_cast<T>(1000 * i + 7));
+    EXPECT_EQ(both[8 + i], static_cast<T>(1000 * (i + 16) + 7));
+    EXPECT_EQ(one[i], static_cast<T>(1000 * i + 7));
+    EXPECT_EQ(one[8 + i], T{3});
   }
 }
 
 TEST(Lanes, AreLoadedFromTwoEights) {
   expect_two_eights<float>();
-  expect_two_eights<std::uint16_t>();
+  expect_two_eights<std::int32_t>();
 }
 
 TEST(Lanes, AreSummedByFours) {
