@@ -4,11 +4,15 @@
 
 namespace embrun {
 
-/// Whether a ray that starts in the box, at `start`, came in so little before that rounding may have put it there: what
-/// stands at a face outside, as a floor does, is left within the box by the last digits of a hit's position.
-EMBRUN_FN bool starts_at_face(const Ray& ray, const BoxSpan& span, Vec3 start) {
+/// Whether a ray from outside that starts in the box came in to the body so little before that rounding may have put it
+/// there: what stands at a face outside, as a floor does, is left within the box by the last digits of a hit's position.
+/// Who left the body by its own surface beside a face may be in it by the last digits too, but is out a little further on.
+template <class Body>
+EMBRUN_LOCAL_FN bool has_entered_by_face(const Body& body, const Ray& ray, const BoxSpan& span) {
+  const Vec3 start = ray.at(ray.t_min);
+  const float rounding = 3e-5f * max_of(fabsf(start.x), max_of(fabsf(start.y), fabsf(start.z)));
   const float depth = (ray.t_min - span.enter) * fabsf(ray.direction[span.enter_axis]);
-  return depth <= 3e-5f * max_of(fabsf(start.x), max_of(fabsf(start.y), fabsf(start.z)));
+  return depth <= rounding && body.contains(start) && body.contains(ray.at(ray.t_min + rounding));
 }
 
 /// The intersection of a closed body with a box, whose faces close it where they cut through it: a fluid
@@ -48,7 +52,7 @@ EMBRUN_LOCAL_FN bool intersect_clipped(const Body& body, const Box3& box, const 
       return true;
     }
     inner.t_min = span.enter;
-  } else if (const Vec3 start = ray.at(ray.t_min); starts_at_face(ray, span, start) && body.contains(start)) {
+  } else if (has_entered_by_face(body, ray, span)) {
     fill_box_face(box, ray, ray.t_min, span.enter_axis, true, hit);
     return true;
   }

@@ -112,5 +112,20 @@ TEST(ClippedSurface, ARayThatRoundingPutInsideEntersByTheFace) {
   EXPECT_NEAR(hit.position.y, 1.25, 0.03);
 }
 
+// Where it left by the body's surface, in the last digits before a face, it has not come in by the face.
+TEST(ClippedSurface, ARayThatLeftByTheSurfaceBesideAFaceIsOut) {
+  const CutBlock cut;
+  const Fluid fluid{cut.surface.view()};
+  Ray ray;
+  ray.origin = {1.75f - 2e-5f, 1.7f, 1.4f};
+  ray.direction = {0, -1, 0};
+  SurfaceHit hit;
+  ASSERT_TRUE(intersect_clipped(fluid, cut.box, ray, Side::outside, hit));
+  ray.origin = hit.position - Vec3{0, 1e-6f, 0};
+  ASSERT_TRUE(fluid.contains(ray.origin));
+  ray.direction = normalize(Vec3{-1e-4f, 0.93f, 0.37f});
+  EXPECT_FALSE(intersect_clipped(fluid, cut.box, ray, Side::outside, hit));
+}
+
 }  // namespace
 }  // namespace embrun
