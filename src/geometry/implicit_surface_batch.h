@@ -183,8 +183,10 @@ EMBRUN_LOCAL_FN BatchStep step_lanes(const ImplicitSurfaceView& s, const BatchLa
     const int lane = __builtin_ctz(m);
     const std::uint32_t next = s.words[step.next_word[lane]];
     step.next_word[lane] = static_cast<std::int32_t>(next);
-    // Without a branch, which would be a guess; the first record stands in where there is none.
-    prefetch(s.cell + ((next & cell_word::near) != 0 ? next & ~cell_word::near : 0u));
+    // The first record stands in where there is none. By bits: as a condition it is made a branch, which is a guess that
+    // waits for memory.
+    const auto near_bits = static_cast<std::uint32_t>(static_cast<std::int32_t>(next) >> 31);
+    prefetch(s.cell + (next & near_bits & ~cell_word::near));
   }
   return step;
 }
