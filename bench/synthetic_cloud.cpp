@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "math/vec.h"
+#include "ply_header.h"
 
 namespace embrun {
 namespace {
@@ -72,11 +73,10 @@ int write_cloud(std::uint64_t count, const char* path, bool with_radius) {
     std::perror(path);
     return 1;
   }
-  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) + "\n";
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) header += std::string("property float ") + name + "\n";
-  for (const char* name : {"red", "green", "blue"}) header += std::string("property uchar ") + name + "\n";
-  if (with_radius) header += "property float radius\n";
-  header += "end_header\n";
+  std::vector<std::string> properties{"float x",  "float y",   "float z",     "float nx",  "float ny",
+                                      "float nz", "uchar red", "uchar green", "uchar blue"};
+  if (with_radius) properties.push_back("float radius");
+  const std::string header = ply_header(count, properties);
   bool good = std::fwrite(header.data(), 1, header.size(), file) == header.size();
   std::vector<char> bytes;
   const double usual = 0.9 * std::sqrt(4 * M_PI / static_cast<double>(count));

@@ -15,6 +15,7 @@
 #include "io/read_particles.h"
 #include "math/vec.h"
 #include "particles/radius.h"
+#include "ply_header.h"
 
 namespace embrun {
 namespace {
@@ -23,9 +24,7 @@ bool write_tiles(const std::vector<Vec3d>& positions, Vec3d pitch, int columns, 
   std::FILE* file = std::fopen(path, "wb");
   if (file == nullptr) return false;
   const std::size_t count = positions.size() * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) + "\n";
-  for (const char* name : {"x", "y", "z"}) header += std::string("property float ") + name + "\n";
-  header += "end_header\n";
+  const std::string header = ply_header(count, {"float x", "float y", "float z"});
   bool good = std::fwrite(header.data(), 1, header.size(), file) == header.size();
   std::vector<Vec3> tile(positions.size());
   for (int row = 0; row < rows; ++row) {

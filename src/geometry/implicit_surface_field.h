@@ -1,9 +1,11 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 
 #include "geometry/implicit_surface.h"
 #include "geometry/kernel_lanes.h"
+#include "geometry/particle_eights.h"
 #include "math/lanes.h"
 
 namespace embrun {
@@ -59,6 +61,24 @@ EMBRUN_FN float inverse_threshold(const ImplicitSurfaceView& s) {
   return branch == SurfaceBranch::main ? s.inverse_threshold : s.recovered_inverse_threshold;
 }
 
+/// The lists of a field's particles.
+template <SurfaceBranch branch, bool equal_radii>
+EMBRUN_FN auto lists(const ImplicitSurfaceView& s) {
+  if constexpr (branch == SurfaceBranch::main) {
+    if constexpr (equal_radii) {
+      return s.packed;
+    } else {
+      return s.wide;
+    }
+  } else {
+    if constexpr (equal_radii) {
+      return s.packed_recovered;
+    } else {
+      return s.wide_recovered;
+    }
+  }
+}
+
 /// A point of the cell as FeltParticles wants it, from the middle of the list's box: in influence radii, or in grid units
 /// where radii differ.
 template <SurfaceBranch branch, bool equal_radii>
@@ -75,19 +95,10 @@ class FeltParticles {
   EMBRUN_FN FeltParticles(const ImplicitSurfaceView& s, const SurfaceCell& cell, Vec3 y)
       : step_(packed_step<branch>(s)), origin_(list_coordinates<branch, equal_radii>(s, cell, y)) {
     lanes_.inverse_influence = RegisterLanes(equal_inverse_influence<branch>(s));
+    list_ = lists<branch, equal_radii>(s) + (recovered ? cell.recovered : cell.list);
     if constexpr (recovered) {
-      if constexpr (equal_radii) {
-        list_ = s.packed_recovered + cell.recovered;
-      } else {
-        list_ = s.wide_recovered + cell.recovered;
-      }
       left_ = cell.recovered_eights;
     } else {
-      if constexpr (equal_radii) {
-        list_ = s.packed + cell.list;
-      } else {
-        list_ = s.wide + cell.list;
-      }
       bits_ = list_bits_ = cell.list_bits;
       part_ = passes_ = 1 << cell.place.eights_log2();
     }
@@ -113,8 +124,7 @@ class FeltParticles {
 
  private:
   static constexpr bool recovered = branch == SurfaceBranch::recovered;
-  using Eight = std::conditional_t<equal_radii, std::conditional_t<recovered, PackedRecoveredEight, PackedEight>,
-                                   std::conditional_t<recovered, WideRecoveredEight, WideEight>>;
+  using Eight = std::remove_cvref_t<decltype(*lists<branch, equal_radii>(std::declval<const ImplicitSurfaceView&>()))>;
 
   EMBRUN_FN bool next_eight(const Eight*& eight) {
     if constexpr (recovered) {

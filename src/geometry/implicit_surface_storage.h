@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/implicit_surface.h"
+#include "geometry/particle_eights.h"
 
 namespace embrun {
 

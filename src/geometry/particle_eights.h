@@ -1,21 +1,23 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/host_device.h"
+#include "math/vec.h"
 
 namespace embrun {
 
 // Particles in the lists of an implicit surface's cells, eight by eight. Positions are relative to the middle of the list's
 // box.
 
-/// A position on a list's lattice in 64 bits: x and y in 21 bits each at the top of the two numbers, z below them in 11
-/// and 10.
+/// A position on a list's lattice in 64 bits: x and y at the top of the two numbers, in 21 bits each, and below them z, its
+/// lowest 11 bits in the first and the rest, with its sign, in the second.
 struct PackedPosition {
   std::int32_t xz, yz;
 };
 
-/// The largest coordinate. All three are where there is no particle, which nothing is near then.
+/// The largest coordinate. Where there is no particle all three are, beyond the support of every point of the list's box.
 inline constexpr std::int32_t packed_end = (1 << 20) - 1;
 
 /// Of coordinates in [-2^20, 2^20 - 1].
@@ -61,5 +63,19 @@ struct alignas(64) WideEight {
 struct alignas(32) WideRecoveredEight {
   float x[8], y[8], z[8], inverse_influence[8], weight[8];
 };
+
+/// Puts a position into a lane of an eight.
+template <class Eight>
+void put_position(Eight& eight, std::size_t lane, PackedPosition position) {
+  eight.xz[lane] = position.xz;
+  eight.yz[lane] = position.yz;
+}
+template <class Eight>
+void put_position(Eight& eight, std::size_t lane, Vec3 position, float inverse_influence) {
+  eight.x[lane] = position.x;
+  eight.y[lane] = position.y;
+  eight.z[lane] = position.z;
+  eight.inverse_influence[lane] = inverse_influence;
+}
 
 }  // namespace embrun

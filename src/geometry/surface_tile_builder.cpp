@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "geometry/kernels.h"
+#include "geometry/particle_eights.h"
 
 namespace embrun {
 
@@ -24,9 +25,13 @@ constexpr std::size_t most_eights = 65535;
 
 constexpr std::uint32_t no_entry = 0xffffffffu;
 
-/// The nearest lattice step, of coordinates of packed lists: made positive, where truncating is rounding down.
+/// The nearest lattice step, of coordinates of packed lists: made positive, by 2^20 and a half, where truncating is rounding
+/// down.
 std::int32_t nearest_step(float coordinate) {
   return static_cast<std::int32_t>(coordinate + (packed_end + 1.5f)) - (packed_end + 1);
+}
+PackedPosition pack_nearest(Vec3 steps) {
+  return pack_position(nearest_step(steps.x), nearest_step(steps.y), nearest_step(steps.z));
 }
 
 /// A cell of a tile by its brick and its number there.
@@ -477,14 +482,8 @@ void TileBuilder::write_packed(SurfacePiece& piece, const ParticleScratch& from,
   lists.resize(first + order_.size() / 8);
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const std::uint32_t entry = order_[i];
-    PackedPosition position = packed_nowhere;
-    if (entry != no_entry) {
-      position = pack_position(nearest_step(from.x[entry] - middle.x), nearest_step(from.y[entry] - middle.y),
-                               nearest_step(from.z[entry] - middle.z));
-    }
-    PackedEight& eight = lists[first + i / 8];
-    eight.xz[i % 8] = position.xz;
-    eight.yz[i % 8] = position.yz;
+    put_position(lists[first + i / 8], i % 8,
+                 entry == no_entry ? packed_nowhere : pack_nearest(from.position(entry) - middle));
   }
 }
 
@@ -494,12 +493,11 @@ void TileBuilder::write_wide(SurfacePiece& piece, const ParticleScratch& from, V
   lists.resize(first + order_.size() / 8);
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const std::uint32_t entry = order_[i];
-    WideEight& eight = lists[first + i / 8];
-    const bool none = entry == no_entry;
-    eight.x[i % 8] = none ? far_away : from.x[entry] - middle.x;
-    eight.y[i % 8] = none ? far_away : from.y[entry] - middle.y;
-    eight.z[i % 8] = none ? far_away : from.z[entry] - middle.z;
-    eight.inverse_influence[i % 8] = none ? 1.0f : plan_.frame.support / from.reach[entry];
+    if (entry == no_entry) {
+      put_position(lists[first + i / 8], i % 8, {far_away, far_away, far_away}, 1.0f);
+    } else {
+      put_position(lists[first + i / 8], i % 8, from.position(entry) - middle, plan_.frame.support / from.reach[entry]);
+    }
   }
 }
 
@@ -527,14 +525,11 @@ void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::
     float weight = 0.0f;
     if (i < cell_recovered_.size()) {
       const RecoveredParticle& r = cell_recovered_[i];
-      position = pack_position(nearest_step((r.x - middle.x) * unit), nearest_step((r.y - middle.y) * unit),
-                               nearest_step((r.z - middle.z) * unit));
+      position = pack_nearest((Vec3{r.x, r.y, r.z} - middle) * unit);
       weight = r.weight * recover_threshold_;
     }
-    PackedRecoveredEight& eight = lists[first + i / 8];
-    eight.xz[i % 8] = position.xz;
-    eight.yz[i % 8] = position.yz;
-    eight.weight[i % 8] = weight;
+    put_position(lists[first + i / 8], i % 8, position);
+    lists[first + i / 8].weight[i % 8] = weight;
   }
 }
 
@@ -548,12 +543,8 @@ void TileBuilder::write_wide_recovered(SurfacePiece& piece, Vec3 center, std::si
       r = cell_recovered_[i];
       r = {r.x - center.x, r.y - center.y, r.z - center.z, r.inverse_radius, r.weight * recover_threshold_};
     }
-    WideRecoveredEight& eight = lists[first + i / 8];
-    eight.x[i % 8] = r.x;
-    eight.y[i % 8] = r.y;
-    eight.z[i % 8] = r.z;
-    eight.inverse_influence[i % 8] = r.inverse_radius;
-    eight.weight[i % 8] = r.weight;
+    put_position(lists[first + i / 8], i % 8, {r.x, r.y, r.z}, r.inverse_radius);
+    lists[first + i / 8].weight[i % 8] = r.weight;
   }
 }
 

@@ -43,6 +43,7 @@ struct SurfacePiece {
 struct ParticleScratch {
   std::vector<float> x, y, z, reach;
 
+  Vec3 position(std::size_t i) const { return {x[i], y[i], z[i]}; }
   ParticleArrays arrays() { return {x.data(), y.data(), z.data(), reach.data()}; }
   ParticleArrays with_room(std::size_t count) {
     if (x.size() < count + 32) {
