@@ -4,15 +4,15 @@
 
 namespace embrun {
 
-/// Whether a ray from outside that starts in the box came in to the body so little before that rounding may have put it
-/// there: what stands at a face outside, as a floor does, is left within the box by the last digits of a hit's position.
-/// Who left the body by its own surface beside a face may be in it by the last digits too, but is out a little further on.
-template <class Body>
-EMBRUN_LOCAL_FN bool has_entered_by_face(const Body& body, const Ray& ray, const BoxSpan& span) {
-  const Vec3 start = ray.at(ray.t_min);
-  const float rounding = 3e-5f * max_of(fabsf(start.x), max_of(fabsf(start.y), fabsf(start.z)));
-  const float depth = (ray.t_min - span.enter) * fabsf(ray.direction[span.enter_axis]);
-  return depth <= rounding && body.contains(start) && body.contains(ray.at(ray.t_min + rounding));
+/// How far rounding may have put the start of a ray: what stands at a face outside, as a floor does, is left within the box
+/// by the last digits of a hit's position, and what left by the body's own surface within the body.
+EMBRUN_FN float start_rounding(Vec3 start) {
+  return 3e-5f * max_of(fabsf(start.x), max_of(fabsf(start.y), fabsf(start.z)));
+}
+
+/// Whether a ray that starts in the box came in that little before.
+EMBRUN_FN bool starts_at_face(const Ray& ray, const BoxSpan& span, float rounding) {
+  return (ray.t_min - span.enter) * fabsf(ray.direction[span.enter_axis]) <= rounding;
 }
 
 /// The intersection of a closed body with a box, whose faces close it where they cut through it: a fluid
@@ -52,9 +52,15 @@ EMBRUN_LOCAL_FN bool intersect_clipped(const Body& body, const Box3& box, const 
       return true;
     }
     inner.t_min = span.enter;
-  } else if (has_entered_by_face(body, ray, span)) {
-    fill_box_face(box, ray, ray.t_min, span.enter_axis, true, hit);
-    return true;
+  } else if (const Vec3 start = ray.at(ray.t_min);
+             starts_at_face(ray, span, start_rounding(start)) && body.contains(start)) {
+    // In by the face; or just out by the body's own surface beside it, if a little further on it is out.
+    const float further = ray.t_min + start_rounding(start);
+    if (body.contains(ray.at(further))) {
+      fill_box_face(box, ray, ray.t_min, span.enter_axis, true, hit);
+      return true;
+    }
+    inner.t_min = further;
   }
   return body.intersect(inner, Side::outside, hit);
 }
