@@ -26,9 +26,9 @@ float median_volume_radius(std::span<const float> radii) {
 }
 
 /// Steps a cell of the finest lattice whose coordinates hold the support on all sides of a box of `side` cells, and a value
-/// beyond it for lanes without a particle. Six times by two, so that the cells of splits are whole steps too.
-double steps_per_cell(double reach_in_cells, double side) {
-  return 64.0 * std::floor((packed_end - 8) / (64.0 * (reach_in_cells + 0.5 * side)));
+/// beyond it for lanes without a particle. A multiple of `parts`.
+double steps_per_cell(double reach_in_cells, double side, double parts) {
+  return parts * std::floor((packed_end - 8) / (parts * (reach_in_cells + 0.5 * side)));
 }
 
 }  // namespace
@@ -71,9 +71,11 @@ GridPlan plan_grid(std::span<const Vec3> positions, std::span<const float> radii
   plan.recovered_units_per_grid = 1.0f;
   const double reach_in_cells = support * static_cast<double>(model.influence_radius) / plan.cell_size;
   if (plan.equal_radii) {
-    plan.units_per_grid = steps_per_cell(reach_in_cells, brick_side);
-    plan.recovered_units_per_grid =
-        static_cast<float>(steps_per_cell(support * static_cast<double>(model.recover_radius) / plan.cell_size, 1.0));
+    // The centres of split cells are whole steps too, as deep as splits go.
+    const double parts = std::clamp(2.0 / plan.target, 64.0, std::ldexp(1.0, deepest_split + 1));
+    plan.units_per_grid = steps_per_cell(reach_in_cells, brick_side, parts);
+    plan.recovered_units_per_grid = static_cast<float>(
+        steps_per_cell(support * static_cast<double>(model.recover_radius) / plan.cell_size, 1.0, parts));
   }
   plan.frame = {model.kernel,
                 plan.equal_radii,

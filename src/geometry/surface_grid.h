@@ -15,6 +15,8 @@ inline constexpr int tile_side = 4;
 /// Cells a side of a brick, whose near cells share a list.
 inline constexpr int brick_side = 2;
 inline constexpr std::size_t tile_cells = 64;
+/// How often a cell may be split.
+inline constexpr int deepest_split = 12;
 
 /// The grid and the particles sorted into it. Lengths in list units: lattice steps when radii are equal (an integer
 /// lattice, so that every cell sees the same positions to the bit), grid units otherwise.

@@ -18,7 +18,6 @@ namespace {
 std::size_t longest_unsplit_list(float influence_factor) {
   return static_cast<std::size_t>(std::max(32.0f, 2.5f * influence_factor * influence_factor));
 }
-constexpr int deepest_split = 12;
 
 /// Eights of particles that a list may have: far more than any that is of use.
 constexpr std::size_t most_eights = 65535;
@@ -81,7 +80,7 @@ void TileBuilder::build(int tx, int ty, int tz, SurfacePiece& piece, SurfaceTile
     const Vec3 brick_center = brick_middle(brick);
     const std::size_t in_brick =
         loops_.gather(plan_.frame, tile_.arrays(), in_tile, brick_center, unit, brick_.with_room(in_tile));
-    take_box_recovered(tile_recovered_, brick_center * (1.0f / unit), 1.0f, brick_recovered_);
+    take_box_recovered(tile_recovered_, brick_center / unit, 1.0f, brick_recovered_);
     marks_.assign(in_brick, 0);
     for (int i = 0; i < 8; ++i) examine_top_cell(brick_cell(brick, i), i, in_brick, piece, tile);
     write_brick_list(piece, brick, in_brick);
@@ -247,15 +246,16 @@ void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std
   if (record.kind == SurfaceCellKind::near) record.list_bits = 1;  // until its list is written
   cell_recovered_.clear();
   if (record.kind == SurfaceCellKind::inside || from.empty()) return;
-  const float to_grid = 1.0f / static_cast<float>(plan_.units_per_grid);
-  const Vec3 middle = center * to_grid;
-  if (take_box_recovered(from, middle, half * to_grid, cell_recovered_) < 0.9999f) {
+  // Quotients, since a cell's middle is a sum of halves of grid units, which they give to the bit.
+  const auto unit = static_cast<float>(plan_.units_per_grid);
+  const Vec3 middle = center / unit;
+  if (take_box_recovered(from, middle, half / unit, cell_recovered_) < 0.9999f) {
     cell_recovered_.clear();
     return;
   }
   if (record.kind == SurfaceCellKind::near) return;
   record = {};
-  if (bound_recovered(middle, half * to_grid, record)) {
+  if (bound_recovered(middle, half / unit, record)) {
     record.kind = SurfaceCellKind::near;
   } else {
     cell_recovered_.clear();
@@ -285,7 +285,7 @@ float TileBuilder::recovered_extent(Vec3 middle, float half) const {
 bool TileBuilder::bound_recovered(Vec3 middle, float half, SurfaceCell& record) const {
   const float extent = recovered_extent(middle, half);
   // More than the rounding of the lists' coordinates and of what follows.
-  const float slack = 4e-4f * half;
+  const float slack = 4e-4f * half + (plan_.equal_radii ? 1.0f / plan_.recovered_units_per_grid : 0.0f);
   Box3 box;
   Vec3 mean;
   for (const RecoveredParticle& r : cell_recovered_) {
@@ -516,7 +516,7 @@ void TileBuilder::write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3
 
 void TileBuilder::write_packed_recovered(SurfacePiece& piece, Vec3 center, std::size_t eights) {
   const float unit = plan_.recovered_units_per_grid;
-  const Vec3 middle = center * (1.0f / static_cast<float>(plan_.units_per_grid));
+  const Vec3 middle = center / static_cast<float>(plan_.units_per_grid);
   std::vector<PackedRecoveredEight>& lists = piece.records.packed_recovered;
   const std::size_t first = lists.size();
   lists.resize(first + eights);
