@@ -17,7 +17,8 @@ configure_package_config_file(
 write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/embrun-config-version.cmake COMPATIBILITY SameMinorVersion)
 
-install(TARGETS embrun EXPORT embrun-targets)
+set_target_properties(embrun_huge_pages PROPERTIES EXPORT_NAME huge_pages)
+install(TARGETS embrun embrun_huge_pages EXPORT embrun-targets)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/embrun DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
 # What embrun reproduce renders.
