@@ -16,6 +16,16 @@ struct ParticleArrays {
   float* reach;
 };
 
+/// A recovered particle near some box: grid units, relative to the tile's corner.
+struct RecoveredParticle {
+  float x, y, z;
+  float inverse_radius;  ///< 1/b'
+  float weight;          ///< w / T'
+};
+
+/// The relative field of recovered particles, which make a body from 1 on, less more than the rounding of its sum.
+inline constexpr float recovered_reach = 0.9999f;
+
 /// What the bounds on a cell's field need besides its particles.
 struct CellFrame {
   Kernel kernel;
@@ -36,10 +46,14 @@ struct CellModelLoops {
   void (*mark)(const CellFrame& frame, const ParticleArrays& in, std::size_t count, Vec3 center, float half,
                std::uint8_t bit, std::uint8_t* marks);
   /// Decides how the cell center +- half (list units) stands to the surface by bounds on its field, and for a near
-  /// cell fills quadratic, upper and lower. `list` has room for 16 more particles. Sets `cell.kind` to outside,
+  /// cell fills quadratic and slack. `list` has room for 16 more particles. Sets `cell.kind` to outside,
   /// inside or near. `near` is scratch with the same room.
   void (*examine)(const CellFrame& frame, const ParticleArrays& list, std::size_t count, const ParticleArrays& near,
                   Vec3 center, float half, SurfaceCell& cell);
+  /// Bounds where in the box center +- half (grid units) the sum of the particles' weighted kernels may reach
+  /// `recovered_reach`, for positions that are off by less than `slack`: `where`, relative to the centre. False if nowhere.
+  bool (*bound_recovered)(const CellFrame& frame, const RecoveredParticle* particles, std::size_t count, Vec3 center,
+                          float half, float slack, Box3& where);
 };
 
 /// The version for instruction_set().

@@ -554,8 +554,7 @@ void sample_cell(const CellFrame& frame, const ParticleArrays& list, std::size_t
   cell.quadratic[0] = q[0] * frame.inverse_threshold - 1.0f;
   for (int i = 1; i < 4; ++i) cell.quadratic[i] = q[i] * per_side;
   for (int i = 4; i < 10; ++i) cell.quadratic[i] = q[i] * per_side / side;
-  cell.upper = upper * frame.inverse_threshold + 1e-6f;
-  cell.lower = lower * frame.inverse_threshold + 1e-6f;
+  cell.slack = {upper * frame.inverse_threshold + 1e-6f, lower * frame.inverse_threshold + 1e-6f};
 }
 
 template <Kernel kernel>
@@ -599,8 +598,75 @@ void examine(const CellFrame& frame, const ParticleArrays& list, std::size_t cou
   }
 }
 
+/// Which of sixteen cubes about (x, y, z), `reach` from the centre to the faces, recovered particles may reach their
+/// threshold in: every particle is as near as the cube lets it be.
+template <Kernel kernel>
+EMBRUN_FN std::uint32_t reached_cubes(const RecoveredParticle* particles, std::size_t count, F16 x, F16 y, float z,
+                                      float reach) {
+  F16 most = splat(0.0f);
+  for (std::size_t i = 0; i < count; ++i) {
+    const RecoveredParticle& r = particles[i];
+    const float beyond = max_of(fabsf(r.z - z) - reach, 0.0f);
+    const F16 dx = r.x - x, dy = r.y - y;
+    const F16 outside_x = max_of(max_of(dx, 0.0f - dx) - reach, splat(0.0f));
+    const F16 outside_y = max_of(max_of(dy, 0.0f - dy) - reach, splat(0.0f));
+    const F16 q = outside_x * outside_x + outside_y * outside_y + beyond * beyond;
+    most += KernelLanes<kernel>::value(q * (r.inverse_radius * r.inverse_radius)) * r.weight;
+  }
+  return mask_less(splat(recovered_reach), most);
+}
+
+/// Looks at parts of 8x8x8 where one of 4x4x4 is not ruled out.
+template <Kernel kernel>
+bool bound_recovered_as(const RecoveredParticle* particles, std::size_t count, Vec3 center, float half, float slack,
+                        Box3& where) {
+  const float coarse = 0.5f * half, fine = 0.25f * half;  // their sides
+  float coarse_x[16], coarse_y[16], fine_x[16], fine_y[16];
+  for (int i = 0; i < 16; ++i) {
+    coarse_x[i] = center.x - half + (static_cast<float>(i % 4) + 0.5f) * coarse;
+    coarse_y[i] = center.y - half + (static_cast<float>(i / 4) + 0.5f) * coarse;
+    fine_x[i] = center.x - half + (static_cast<float>(i % 8) + 0.5f) * fine;
+    fine_y[i] = center.y - half + (static_cast<float>(i / 8) + 0.5f) * fine;
+  }
+  unsigned filled[3] = {};  // a bit for each layer of fine parts along an axis
+  for (int layer = 0; layer < 4; ++layer) {
+    const float low = center.z - half + static_cast<float>(layer) * coarse;
+    const std::uint32_t possible = reached_cubes<kernel>(particles, count, load16(coarse_x), load16(coarse_y),
+                                                         low + 0.5f * coarse, 0.5f * coarse + slack);
+    for (int row = 0; row < 4; ++row) {
+      if ((possible >> (4 * row) & 0xfu) == 0) continue;
+      const F16 y = load16(fine_y) + static_cast<float>(row) * coarse;
+      for (int half_layer = 0; half_layer < 2; ++half_layer) {
+        const float z = low + (static_cast<float>(half_layer) + 0.5f) * fine;
+        const std::uint32_t bits = reached_cubes<kernel>(particles, count, load16(fine_x), y, z, 0.5f * fine + slack);
+        if (bits == 0) continue;
+        filled[0] |= (bits | bits >> 8) & 0xffu;
+        filled[1] |= ((bits & 0xffu) != 0 ? 1u : 0u) << (2 * row) | (bits >> 8 != 0 ? 2u : 0u) << (2 * row);
+        filled[2] |= 1u << (2 * layer + half_layer);
+      }
+    }
+  }
+  if (filled[0] == 0) return false;
+  for (int a = 0; a < 3; ++a) {
+    where.low[a] = static_cast<float>(lowest_bit(filled[a])) * fine - half;
+    where.high[a] = static_cast<float>(highest_bit(filled[a]) + 1) * fine - half;
+  }
+  return true;
+}
+
+bool bound_recovered(const CellFrame& frame, const RecoveredParticle* particles, std::size_t count, Vec3 center,
+                     float half, float slack, Box3& where) {
+  switch (frame.kernel) {
+    case Kernel::metaball: return bound_recovered_as<Kernel::metaball>(particles, count, center, half, slack, where);
+    case Kernel::zhu_bridson:
+      return bound_recovered_as<Kernel::zhu_bridson>(particles, count, center, half, slack, where);
+    case Kernel::blinn: return bound_recovered_as<Kernel::blinn>(particles, count, center, half, slack, where);
+  }
+  return false;
+}
+
 }  // namespace
 
-const CellModelLoops EMBRUN_CELL_MODEL = {gather, mark, examine};
+const CellModelLoops EMBRUN_CELL_MODEL = {gather, mark, examine, bound_recovered};
 
 }  // namespace embrun

@@ -39,6 +39,42 @@ struct ListPlace {
   }
 };
 
+/// Two bounds, not below what was put in, in 16 bits each.
+class SlackPair {
+ public:
+  SlackPair() = default;
+  EMBRUN_FN SlackPair(float upper, float lower) : bits_(rounded_up(upper) | rounded_up(lower) >> 16) {}
+  EMBRUN_FN float upper() const { return float_of(bits_ & 0xffff0000u); }
+  EMBRUN_FN float lower() const { return float_of(bits_ << 16); }
+
+ private:
+  /// To the upper half of a float's bits: what is above 0 goes up to the next one, what is below loses the rest.
+  EMBRUN_FN static std::uint32_t rounded_up(float value) {
+    std::uint32_t bits;
+    __builtin_memcpy(&bits, &value, sizeof bits);
+    return (value > 0.0f ? bits + 0xffffu : bits) & 0xffff0000u;
+  }
+  EMBRUN_FN static float float_of(std::uint32_t bits) {
+    float value;
+    __builtin_memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+  std::uint32_t bits_ = 0;
+};
+
+/// A box in a cell, in `parts` of a grid unit from half of one below the cell's centre: the numbers of the first and the last
+/// part along each axis, in five bits each, x lowest.
+struct CellBox {
+  std::uint32_t bits = 0;
+
+  static constexpr int parts = 32;
+  EMBRUN_FN static CellBox of(const int first[3], const int last[3]) {
+    CellBox box;
+    for (int a = 0; a < 3; ++a) box.bits |= static_cast<std::uint32_t>(first[a] | last[a] << 5) << (10 * a);
+    return box;
+  }
+};
+
 /// One cell near the surface: a cache line. Lengths are in grid units (the side of a top-level cell),
 /// positions relative to the cell's centre. The quadratic
 ///   q(y) = c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 xz + c9 yz
@@ -46,7 +82,8 @@ struct ListPlace {
 /// q - lower <= 0 wherever g <= 0. In a cell that only recovered particles reach q + upper >= 0 wherever g' >= 0.
 struct alignas(64) SurfaceCell {
   float quadratic[10];
-  float upper, lower;
+  SlackPair slack;
+  CellBox recovered_box;           ///< where in the cell g' may be >= 0, if there are recovered particles
   std::uint32_t list;              ///< first eight of the particle list, or first child
   std::uint32_t list_bits;         ///< which parts of the list are felt in the cell, the first one by the lowest bit
   std::uint32_t recovered;         ///< first eight of the list of recovered particles

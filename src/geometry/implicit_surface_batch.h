@@ -213,12 +213,30 @@ EMBRUN_LOCAL_FN void advance_lanes(BatchLanes& lanes, const BatchStep& step) {
   lanes.on_surface &= ~step.near;
 }
 
+/// Whether the rays may meet the boxes of their cells' recovered particles between `low` and `high`; `o`: from the cells'
+/// centres. The boxes are a little larger, for the rounding of rays from thousands of cells away.
+EMBRUN_LOCAL_FN I16 may_meet_recovered(const BatchLanes& lanes, const F16 o[3], F16 low, F16 high) {
+  I16 box;  // number 11 of the record
+  __builtin_memcpy(&box, lanes.record[11], sizeof box);
+  constexpr float part = 1.0f / CellBox::parts;
+  low = max_of(low, load16(lanes.clear_recovered));
+  for (int a = 0; a < 3; ++a) {
+    const F16 first = to_float(box >> (10 * a) & 31) * part - (0.5f + 1e-3f);
+    const F16 last = to_float(box >> (10 * a + 5) & 31) * part + (part - 0.5f + 1e-3f);
+    const F16 inverse = load16(lanes.inverse[a]);
+    const F16 to_first = (first - o[a]) * inverse, to_last = (last - o[a]) * inverse;
+    low = max_of(low, min_of(to_first, to_last));
+    high = min_of(high, max_of(to_first, to_last));
+  }
+  return at_most(low, high);
+}
+
 /// Lanes whose cells may hold a crossing, by the model in the record; leaves the model along the ray in the
 /// lanes.
 EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep& step) {
   const F16 low = load16(lanes.low), high = min_of(step.end, load16(lanes.high));
-  F16 c[12], o[3], d[3];
-  for (int k = 0; k < 12; ++k) c[k] = load16(lanes.record[k]);
+  F16 c[10], o[3], d[3];
+  for (int k = 0; k < 10; ++k) c[k] = load16(lanes.record[k]);
   for (int a = 0; a < 3; ++a) {
     o[a] = load16(lanes.origin[a]) - (step.corner[a] + 0.5f);
     d[a] = load16(lanes.direction[a]);
@@ -233,7 +251,10 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
 
   const I16 inside = load16(lanes.inside);
   const F16 sign = select(inside, splat(-1.0f), splat(1.0f));
-  const F16 slack = select(inside, c[11], c[10]);
+  // Number 10 of the record is the slack, upper in the upper half.
+  I16 slacks;
+  __builtin_memcpy(&slacks, lanes.record[10], sizeof slacks);
+  const F16 slack = as_float(select(inside, slacks << 16, slacks & static_cast<std::int32_t>(0xffff0000u)));
   const F16 p1 = sign * slope, p2 = sign * curve;
   store16(lanes.model[0], sign * value);
   store16(lanes.model[1], p1);
@@ -244,7 +265,7 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   __builtin_memcpy(&list_bits, lanes.record[13], sizeof list_bits);
   __builtin_memcpy(&last, lanes.record[15], sizeof last);
   const I16 none = splat_int(0);
-  const I16 no_main = equal(list_bits, none), no_recovered = equal(last & 0xffff, none);
+  const I16 no_main = equal(list_bits, none);
   const F16 from = max_of(low, select(no_main, load16(lanes.clear_recovered), load16(lanes.clear_main)));
   const F16 zero = splat(0.0f);
   const F16 at_from = p0 + from * (p1 + from * p2), at_high = p0 + high * (p1 + high * p2);
@@ -253,9 +274,12 @@ EMBRUN_LOCAL_FN std::uint32_t possible_lanes(BatchLanes& lanes, const BatchStep&
   const I16 hill = less(p2, zero) & less(zero, slope_from) & less(slope_high, zero) & at_most(zero, disc);
   const I16 main = at_most(from, high) & (at_most(zero, at_from) | at_most(zero, at_high) | hill);
 
-  // From outside either field may be met, from inside the main one has to be left. Where there is no main field the
-  // model bounds the other one.
-  const I16 look = select(inside, no_main | main, main | ((no_main | no_recovered) ^ -1));
+  // From outside either field may be met, the recovered one in its box; from inside the main one has to be left. Where there
+  // is no main field the model bounds the other one.
+  const I16 has_main = no_main ^ -1, has_recovered = equal(last & 0xffff, none) ^ -1;
+  const I16 look =
+      select(inside, no_main | main,
+             (main & has_main) | (has_recovered & (main | has_main) & may_meet_recovered(lanes, o, low, high)));
   return lane_bits(look | equal(last >> 24, splat_int(static_cast<std::int32_t>(SurfaceCellKind::split))));
 }
 

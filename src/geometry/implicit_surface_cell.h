@@ -172,7 +172,7 @@ EMBRUN_LOCAL_FN bool main_crossing(const ImplicitSurfaceView& s, const SurfaceCe
                                    const Vec3& direction, float sign, const Parabola& model, float low, float high,
                                    bool starts_on_surface, CellCrossing& crossing) {
   constexpr SurfaceBranch branch = SurfaceBranch::main;
-  const float slack = sign > 0.0f ? cell.upper : cell.lower;
+  const float slack = sign > 0.0f ? cell.slack.upper() : cell.slack.lower();
   if (!first_possible(model, slack, low, high)) return false;
   float guess = likely_crossing(model, low, high);
   // A ray that has just left the surface runs along it: bounds for its direction alone take it farther.
@@ -253,7 +253,7 @@ EMBRUN_LOCAL_FN bool cell_crossing(const ImplicitSurfaceView& s, const SurfaceCe
       high = hit.t;
     }
     low = max_of(low, start.clear_recovered);
-    if (has_recovered && (has_main || first_possible(model, cell.upper, low, high)) &&
+    if (has_recovered && (has_main || first_possible(model, cell.slack.upper(), low, high)) &&
         recovered_crossing<kernel, equal_radii>(s, cell, origin, direction, 1.0f, low, high, recovered_start, nullptr,
                                                 other)) {
       hit = other;

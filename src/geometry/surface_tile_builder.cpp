@@ -24,6 +24,17 @@ constexpr std::size_t most_eights = 65535;
 
 constexpr std::uint32_t no_entry = 0xffffffffu;
 
+/// The parts of a cell that a box, in grid units from the cell's centre, touches.
+CellBox parts_of(const Box3& box) {
+  int first[3], last[3];
+  const auto number = [](float coordinate) { return std::clamp(static_cast<int>(coordinate), 0, CellBox::parts - 1); };
+  for (int a = 0; a < 3; ++a) {
+    first[a] = number((box.low[a] + 0.5f) * CellBox::parts);
+    last[a] = number(std::ceil((box.high[a] + 0.5f) * CellBox::parts) - 1.0f);
+  }
+  return CellBox::of(first, last);
+}
+
 /// The nearest lattice step, of coordinates of packed lists: made positive, by 2^20 and a half, where truncating is rounding
 /// down.
 std::int32_t nearest_step(float coordinate) {
@@ -249,17 +260,24 @@ void TileBuilder::examine(Vec3 center, float half, std::size_t listed, const std
   // Quotients, since a cell's middle is a sum of halves of grid units, which they give to the bit.
   const auto unit = static_cast<float>(plan_.units_per_grid);
   const Vec3 middle = center / unit;
-  if (take_box_recovered(from, middle, half / unit, cell_recovered_) < 0.9999f) {
+  const float size = half / unit;
+  if (take_box_recovered(from, middle, size, cell_recovered_) < recovered_reach ||
+      !loops_.bound_recovered(plan_.frame, cell_recovered_.data(), cell_recovered_.size(), middle, size,
+                              recovered_slack(size), recovered_box_)) {
     cell_recovered_.clear();
     return;
   }
   if (record.kind == SurfaceCellKind::near) return;
   record = {};
-  if (bound_recovered(middle, half / unit, record)) {
+  if (fit_recovered(middle, size, record)) {
     record.kind = SurfaceCellKind::near;
   } else {
     cell_recovered_.clear();
   }
+}
+
+float TileBuilder::recovered_slack(float half) const {
+  return 4e-4f * half + (plan_.equal_radii ? 1.0f / plan_.recovered_units_per_grid : 0.0f);
 }
 
 float TileBuilder::recovered_extent(Vec3 middle, float half) const {
@@ -277,15 +295,13 @@ float TileBuilder::recovered_extent(Vec3 middle, float half) const {
   float low = 0.0f, high = plan_.frame.support;
   for (int i = 0; i < 10; ++i) {
     const float u = 0.5f * (low + high);
-    (most_beyond(u) < 0.9999f ? high : low) = u;
+    (most_beyond(u) < recovered_reach ? high : low) = u;
   }
   return high;
 }
 
-bool TileBuilder::bound_recovered(Vec3 middle, float half, SurfaceCell& record) const {
-  const float extent = recovered_extent(middle, half);
-  // More than the rounding of the lists' coordinates and of what follows.
-  const float slack = 4e-4f * half + (plan_.equal_radii ? 1.0f / plan_.recovered_units_per_grid : 0.0f);
+bool TileBuilder::fit_recovered(Vec3 middle, float half, SurfaceCell& record) const {
+  const float extent = recovered_extent(middle, half), slack = recovered_slack(half);
   Box3 box;
   Vec3 mean;
   for (const RecoveredParticle& r : cell_recovered_) {
@@ -300,8 +316,8 @@ bool TileBuilder::bound_recovered(Vec3 middle, float half, SurfaceCell& record) 
     radius = std::max(radius, length(Vec3{r.x, r.y, r.z} - middle - mean) + extent / r.inverse_radius + slack);
   Vec3 side;
   for (int a = 0; a < 3; ++a) {
-    box.low[a] = std::max(box.low[a], -half - slack);
-    box.high[a] = std::min(box.high[a], half + slack);
+    box.low[a] = std::max(box.low[a], recovered_box_.low[a] - slack);
+    box.high[a] = std::min(box.high[a], recovered_box_.high[a] + slack);
     side[a] = 0.5f * (box.high[a] - box.low[a]);
     if (!(side[a] > 0.0f)) return false;
   }
@@ -320,7 +336,9 @@ bool TileBuilder::bound_recovered(Vec3 middle, float half, SurfaceCell& record) 
     c[4 + a] = -scale;
   }
   // Rounding: each of the sums is of terms of up to (1 + |c|/r)^2.
-  record.upper = 4e-6f * (1.0f + (half * half + length_squared(center)) / square(std::min({axes.x, axes.y, axes.z})));
+  const float rounding =
+      4e-6f * (1.0f + (half * half + length_squared(center)) / square(std::min({axes.x, axes.y, axes.z})));
+  record.slack = {rounding, 0.0f};
   return true;
 }
 
@@ -507,6 +525,7 @@ void TileBuilder::write_recovered(SurfacePiece& piece, SurfaceCell& record, Vec3
   if (eights > most_eights) throw Error("too many lone particles overlap one place: the radii are too large");
   record.recovered_eights = static_cast<std::uint16_t>(eights);
   record.recovered = static_cast<std::uint32_t>(piece.records.recovered_eights());
+  record.recovered_box = parts_of(recovered_box_);
   if (plan_.equal_radii) {
     write_packed_recovered(piece, center, eights);
   } else {

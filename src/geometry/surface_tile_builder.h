@@ -20,12 +20,6 @@ struct RecoveredSource {
   float weight;          ///< w / T'
 };
 
-/// A recovered particle near some box: grid units, relative to the tile's corner.
-struct RecoveredParticle {
-  float x, y, z;
-  float inverse_radius, weight;
-};
-
 /// Records and lists of one piece of tiles, with offsets from its own beginnings.
 struct SurfacePiece {
   SurfaceRecords records;
@@ -101,7 +95,9 @@ class TileBuilder {
   /// Beyond so many b' of all particles in cell_recovered_ they do not reach their threshold in the box (grid units).
   float recovered_extent(Vec3 middle, float half) const;
   /// Fills in the model of a cell that only the particles in cell_recovered_ reach; false if their body cannot.
-  bool bound_recovered(Vec3 middle, float half, SurfaceCell& record) const;
+  bool fit_recovered(Vec3 middle, float half, SurfaceCell& record) const;
+  /// More than the rounding of the recovered lists' coordinates, and of what follows, in a box (grid units).
+  float recovered_slack(float half) const;
   /// The particles felt in a box into cell_, from the tile's.
   std::size_t regather(Vec3 center, float half, std::size_t in_tile);
   bool is_main(const SurfaceCell& record) const;
@@ -134,6 +130,7 @@ class TileBuilder {
   ParticleScratch all_, tile_, brick_, cell_, nearer_;
   std::vector<std::uint32_t> near_;
   std::vector<RecoveredParticle> tile_recovered_, brick_recovered_, cell_recovered_;
+  Box3 recovered_box_;               ///< where in the cell those can be a body, from its centre; grid units
   std::vector<std::uint8_t> marks_;  ///< of the particles in brick_: the cells of the brick that feel them, a bit each
   std::vector<std::uint32_t> by_mark_;
   std::vector<std::uint8_t> distinct_marks_;

@@ -454,6 +454,13 @@ EMBRUN_FN F16 to_float(I16 v) {
   EMBRUN_FOR_LANE_PARTS r.part[i] = to_float(v.part[i]);
   return r;
 }
+/// The numbers that the bits stand for.
+EMBRUN_FN F16 as_float(I16 bits) {
+  F16 r;
+  static_assert(sizeof r == sizeof bits);
+  __builtin_memcpy(&r, &bits, sizeof r);
+  return r;
+}
 /// Towards zero; of lanes that an integer can hold.
 EMBRUN_FN I16 truncate(F16 v) {
   I16 r;
