@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/parallel.h"
+
 namespace embrun {
 
 namespace {
@@ -92,45 +94,61 @@ ParticleBlocks::ParticleBlocks(std::span<const Vec3> positions, std::span<const 
   const int axis_bits = axis_bits_for(extent, smallest);
   const float scale = extent > 0 ? static_cast<float>((1 << axis_bits) - 1) / extent : 0.0f;
   const int smallest_exponent = std::ilogb(smallest);
+  const auto class_of = [&](std::size_t i) {
+    return uniform ? 0 : std::min(std::ilogb(influence[i]) - smallest_exponent, (1 << class_bits) - 1);
+  };
+  const int largest_class =
+      uniform ? 0
+              : std::min(std::ilogb(*std::max_element(influence.begin(), influence.end())) - smallest_exponent,
+                         (1 << class_bits) - 1);
   std::vector<KeyedParticle> order(count);
-  int largest_class = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 cell = (positions[i] - box.low) * scale;
-    const int size_class = uniform ? 0 : std::min(std::ilogb(influence[i]) - smallest_exponent, (1 << class_bits) - 1);
-    largest_class = std::max(largest_class, size_class);
-    const std::uint64_t code = hilbert_index(
-        {static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y), static_cast<std::uint32_t>(cell.z)},
-        axis_bits);
-    order[i] = {static_cast<std::uint64_t>(size_class) << (3 * axis_bits) | code, static_cast<std::uint32_t>(i)};
-  }
+  parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 cell = (positions[i] - box.low) * scale;
+      const std::uint64_t code = hilbert_index(
+          {static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y), static_cast<std::uint32_t>(cell.z)},
+          axis_bits);
+      order[i] = {static_cast<std::uint64_t>(class_of(i)) << (3 * axis_bits) | code, static_cast<std::uint32_t>(i)};
+    }
+  });
   radix_sort(order, 3 * axis_bits + (largest_class > 0 ? class_bits : 0));
 
-  // Blocks; a class starts a new one.
+  const auto fill = [&](std::size_t n, std::span<const KeyedParticle> particles) {
+    ParticleBlock& block = blocks_[n];
+    Box3 bounds;
+    float reach = 0;
+    for (std::size_t lane = 0; lane < 16; ++lane) {
+      const bool used = lane < particles.size();
+      const std::uint32_t source = particles[used ? lane : 0].index;
+      const Vec3 p = positions[source];
+      const float b = uniform ? influence[0] : influence[source];
+      block.x[lane] = p.x;
+      block.y[lane] = p.y;
+      block.z[lane] = p.z;
+      block.inverse_influence_squared[lane] = square(1.0f / max_of(b, 1e-18f));
+      block.weight[lane] = !used ? 0.0f : weights.empty() ? 1.0f : weights[source];
+      if (used) sources_[16 * n + lane] = source;
+      bounds.include(p);
+      reach = max_of(reach, b * support);
+    }
+    bounds_[n] = {bounds.low, bounds.high, reach};
+  };
+  // A class starts a new block.
   for (std::size_t begin = 0; begin < count;) {
     const std::uint64_t size_class = order[begin].key >> (3 * axis_bits);
     const std::size_t first_block = blocks_.size();
     std::size_t end = begin;
     while (end < count && order[end].key >> (3 * axis_bits) == size_class) ++end;
-    for (; begin < end; begin += std::min<std::size_t>(16, end - begin)) {
-      ParticleBlock& block = blocks_.emplace_back();
-      Box3 bounds;
-      float reach = 0;
-      for (std::size_t lane = 0; lane < 16; ++lane) {
-        const bool used = begin + lane < end;
-        const std::uint32_t source = order[used ? begin + lane : begin].index;
-        const Vec3 p = positions[source];
-        const float b = uniform ? influence[0] : influence[source];
-        block.x[lane] = p.x;
-        block.y[lane] = p.y;
-        block.z[lane] = p.z;
-        block.inverse_influence_squared[lane] = square(1.0f / max_of(b, 1e-18f));
-        block.weight[lane] = !used ? 0.0f : weights.empty() ? 1.0f : weights[source];
-        sources_.push_back(used ? source : no_particle);
-        bounds.include(p);
-        reach = max_of(reach, b * support);
+    const std::size_t block_count = (end - begin + 15) / 16;
+    blocks_.resize(first_block + block_count);
+    bounds_.resize(first_block + block_count);
+    sources_.resize(16 * (first_block + block_count), no_particle);
+    parallel_for(block_count, 512, [&](std::size_t first, std::size_t last) {
+      for (std::size_t n = first; n < last; ++n) {
+        const std::size_t from = begin + 16 * n;
+        fill(first_block + n, std::span(order).subspan(from, std::min<std::size_t>(16, end - from)));
       }
-      bounds_.push_back({bounds.low, bounds.high, reach});
-    }
+    });
     build_tree(first_block, blocks_.size() - first_block);
     begin = end;
   }

@@ -37,11 +37,11 @@ double greatest_extent(std::span<const Vec3d> points) {
 }
 
 /// How many points share the cell of a typical point.
-double median_occupancy(const NeighbourGrid& grid, std::span<const Vec3d> points) {
-  constexpr std::size_t samples = 512;
+double median_occupancy(std::span<const Vec3d> points, double cell_size) {
   Sequence random(1);
-  std::vector<std::size_t> counts(samples);
-  for (std::size_t& count : counts) count = grid.points_in_cell_of(points[random.index(points.size())]);
+  std::vector<std::size_t> samples(512);
+  for (std::size_t& sample : samples) sample = random.index(points.size());
+  std::vector<std::size_t> counts = points_sharing_cells(GridCells(points, cell_size), points, samples);
   return static_cast<double>(median_of(counts));
 }
 
@@ -55,7 +55,7 @@ double rough_spacing(std::span<const Vec3d> points) {
   constexpr int most_rounds = 48;
   double occupancy = 1;
   for (int round = 0; round < most_rounds; ++round) {
-    occupancy = median_occupancy(NeighbourGrid(points, cell), points);
+    occupancy = median_occupancy(points, cell);
     if (occupancy > 40 && cell > smallest_cell) {
       cell *= std::cbrt(16 / occupancy);
     } else if (occupancy < 8 && cell < extent) {

@@ -20,7 +20,7 @@ struct SpacingEstimate {
 };
 
 /// Measures both, from a fixed random sample: the same particles give the same bits, whatever the machine and the
-/// number of threads (one is used). Positions must be finite. Time and memory are linear in the particles.
+/// number of threads. Positions must be finite. Time and memory are linear in the particles.
 ///
 /// The density is read at random places, not at particles (where it is always high), with a kernel about as wide as
 /// five spacings. A place counts as bulk when the particles around it lie about it evenly: their weighted centre is

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 namespace embrun {
@@ -65,7 +66,7 @@ TEST(NeighbourGrid, CoincidentPointsAreAllFound) {
   const std::vector<Vec3d> points(1000, Vec3d{1, 2, 3});
   const NeighbourGrid grid(points, 1e-3);
   EXPECT_EQ(grid.cell_count(), 1u);
-  EXPECT_EQ(grid.points_in_cell_of({1, 2, 3}), 1000u);
+  EXPECT_EQ(grid.cell_points(0), 1000u);
   EXPECT_EQ(found(grid, {1, 2, 3}, 0).size(), 1000u);
 }
 
@@ -84,7 +85,31 @@ TEST(NeighbourGrid, NoPoints) {
   const NeighbourGrid grid({}, 1);
   EXPECT_EQ(grid.cell_count(), 0u);
   EXPECT_TRUE(found(grid, {0, 0, 0}, 1).empty());
-  EXPECT_EQ(grid.points_in_cell_of({0, 0, 0}), 0u);
+}
+
+TEST(GridCells, CountThePointsThatShareACell) {
+  // Of a third of a unit, with points in clusters and one far away.
+  std::vector<Vec3d> points = random_points(40000, 2, 7);
+  for (Vec3d p : random_points(30000, 1, 8)) points.push_back(p * 0.1);
+  points.push_back({1e6, 0, 0});
+  const std::vector<std::size_t> which{0, 39999, 40000, 69999, 70000, 17, 17};
+  const GridCells cells(points, 1.0 / 3);
+  const std::vector<std::size_t> counts = points_sharing_cells(cells, points, which);
+  Vec3d low = points[0];
+  for (const Vec3d p : points) low = min_of(low, p);
+  const auto number = [&](double v) { return static_cast<long>(std::floor(3 * v)); };
+  ASSERT_EQ(counts.size(), which.size());
+  for (std::size_t w = 0; w < which.size(); ++w) {
+    const Vec3d at = points[which[w]] - low;
+    std::size_t expected = 0;
+    for (const Vec3d p : points) {
+      const Vec3d d = p - low;
+      expected += number(d.x) == number(at.x) && number(d.y) == number(at.y) && number(d.z) == number(at.z) ? 1 : 0;
+    }
+    EXPECT_EQ(counts[w], expected) << w;
+  }
+  EXPECT_EQ(counts[4], 1u);
+  EXPECT_TRUE(points_sharing_cells(cells, points, {}).empty());
 }
 
 }  // namespace
