@@ -275,6 +275,55 @@ TEST(FastTracer, NeedsLittleMemory) {
   }
 }
 
+TEST(FastTracer, MissesNothingByTheBatch) {
+  // The batch alone rules recovered particles out by their boxes. Spray: rays to it, and on from there.
+  for (const int order : {1, 2, 3}) {
+    const OracleScene scene = make_scene(EMBRUN_DATA_DIR "/dam_break.bgeo", order, 1);
+    const ImplicitSurface surface = build_implicit_surface(scene.positions, {}, scene.settings);
+    const std::string isa = available_isas().back();
+    const TraceFunction trace = trace_function(isa);
+    Dice dice(7);
+    std::vector<TestRay> rays;
+    std::vector<SurfaceHit> expected;
+    std::vector<bool> met;
+    const auto add = [&](const TestRay& ray) {
+      rays.push_back(ray);
+      met.push_back(trace(surface.view(), ray.ray, ray.side, expected.emplace_back()));
+    };
+    while (rays.size() < 100000) {
+      TestRay ray;
+      ray.ray.direction = dice.direction();
+      ray.ray.origin =
+          scene.positions[static_cast<std::size_t>(dice.next() * static_cast<double>(scene.positions.size()))] -
+          2.0f * ray.ray.direction;
+      ray.side = Side::unknown;
+      add(ray);
+      if (!met.back() || !expected.back().entering) continue;
+      const Vec3 normal = expected.back().geometric_normal;
+      ray.ray.origin = expected.back().position;
+      ray.ray.direction = dice.direction();
+      if (dot(ray.ray.direction, normal) < 0.0f) ray.ray.direction = -ray.ray.direction;
+      ray.side = Side::outside;
+      add(ray);
+    }
+    const std::unique_ptr<bool[]> found(new bool[rays.size()]);
+    std::vector<SurfaceHit> hits(rays.size());
+    trace_batch_function(isa)(surface.view(), rays.data(), static_cast<int>(rays.size()), hits.data(), found.get());
+    std::size_t lone = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(found[i], met[i]) << "n = " << order << " ray " << i;
+      if (!found[i]) continue;
+      lone += expected[i].sheet == 1 ? 1 : 0;
+      const float cosine = fabsf(dot(expected[i].geometric_normal, rays[i].ray.direction));
+      ASSERT_LT(fabsf(expected[i].t - hits[i].t) * cosine, 1e-3f * scene.settings.radius)
+          << "n = " << order << " ray " << i;
+    }
+    if (order > 1) {
+      EXPECT_GT(lone, 3000u);
+    }
+  }
+}
+
 TEST(FastTracer, LeavesByTheSheetThatRoundingPutTheRayAcross) {
   // What else is in the fluid (a bubble) reflects rays that are inside of it as close to its surface as rounding tells: they
   // may start a little outside. A lone particle's ball is then left where the ray starts, not the smooth surface near by.
