@@ -94,13 +94,8 @@ ParticleBlocks::ParticleBlocks(std::span<const Vec3> positions, std::span<const 
   const int axis_bits = axis_bits_for(extent, smallest);
   const float scale = extent > 0 ? static_cast<float>((1 << axis_bits) - 1) / extent : 0.0f;
   const int smallest_exponent = std::ilogb(smallest);
-  const auto class_of = [&](std::size_t i) {
-    return uniform ? 0 : std::min(std::ilogb(influence[i]) - smallest_exponent, (1 << class_bits) - 1);
-  };
-  const int largest_class =
-      uniform ? 0
-              : std::min(std::ilogb(*std::max_element(influence.begin(), influence.end())) - smallest_exponent,
-                         (1 << class_bits) - 1);
+  const auto class_of = [&](float b) { return std::min(std::ilogb(b) - smallest_exponent, (1 << class_bits) - 1); };
+  const int largest_class = class_of(*std::max_element(influence.begin(), influence.end()));
   std::vector<KeyedParticle> order(count);
   parallel_for(count, 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -108,7 +103,8 @@ ParticleBlocks::ParticleBlocks(std::span<const Vec3> positions, std::span<const 
       const std::uint64_t code = hilbert_index(
           {static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y), static_cast<std::uint32_t>(cell.z)},
           axis_bits);
-      order[i] = {static_cast<std::uint64_t>(class_of(i)) << (3 * axis_bits) | code, static_cast<std::uint32_t>(i)};
+      const int size_class = largest_class == 0 ? 0 : class_of(influence[i]);
+      order[i] = {static_cast<std::uint64_t>(size_class) << (3 * axis_bits) | code, static_cast<std::uint32_t>(i)};
     }
   });
   radix_sort(order, 3 * axis_bits + (largest_class > 0 ? class_bits : 0));

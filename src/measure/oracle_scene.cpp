@@ -131,6 +131,15 @@ OracleScene make_scene(const std::string& name, int order, std::uint32_t seed) {
 
 oracle::Vec to_oracle(Vec3 v) { return {v.x, v.y, v.z}; }
 
+oracle::Kernel to_oracle(Kernel kernel) {
+  switch (kernel) {
+    case Kernel::metaball: return oracle::Kernel::metaball;
+    case Kernel::zhu_bridson: return oracle::Kernel::zhu_bridson;
+    case Kernel::blinn: break;
+  }
+  return oracle::Kernel::blinn;
+}
+
 oracle::Ray to_oracle(const Ray& ray) {
   return {to_oracle(ray.origin), to_oracle(ray.direction), ray.t_min, std::min(1e30, static_cast<double>(ray.t_max))};
 }
@@ -151,10 +160,7 @@ oracle::Surface oracle_surface(const OracleScene& scene, const SurfaceModel& mod
                          static_cast<double>(model.recovered_weights[k]) / static_cast<double>(model.recover_threshold),
                          true});
   }
-  const oracle::Kernel kernel = scene.settings.kernel == Kernel::metaball      ? oracle::Kernel::metaball
-                                : scene.settings.kernel == Kernel::zhu_bridson ? oracle::Kernel::zhu_bridson
-                                                                               : oracle::Kernel::blinn;
-  return {kernel, std::move(particles)};
+  return {to_oracle(scene.settings.kernel), std::move(particles)};
 }
 
 namespace {

@@ -32,6 +32,7 @@ oracle::Surface oracle_surface(const OracleScene& scene, const SurfaceModel& mod
 
 oracle::Vec to_oracle(Vec3 v);
 oracle::Ray to_oracle(const Ray& ray);
+oracle::Kernel to_oracle(Kernel kernel);
 
 /// `count` rays of a class: three fifths recorded by `intersect` from renders, a fifth random (a third of those along
 /// the axes or in the planes of the coordinates), a fifth within 0.05 R0 of tangency to the surface.

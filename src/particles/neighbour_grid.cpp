@@ -9,17 +9,11 @@
 
 namespace embrun {
 
-GridCells::GridCells(std::span<const Vec3d> positions, double cell_size) : size_(cell_size) {
+GridCells::GridCells(const Box3d& bounds, double cell_size) : size_(cell_size) {
   EMBRUN_CHECK(cell_size > 0);
-  if (positions.empty()) return;
-  Vec3d low = positions[0], high = positions[0];
-  for (const Vec3d p : positions) {
-    low = min_of(low, p);
-    high = max_of(high, p);
-  }
-  origin_ = low;
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-  size_ = std::max(size_, extent * 0x1p-48);
+  if (bounds.empty()) return;
+  origin_ = bounds.low;
+  size_ = std::max(size_, bounds.extent() * 0x1p-48);
 }
 
 Vec3d GridCells::corner(const Key& cell) const {
@@ -88,7 +82,7 @@ std::vector<std::size_t> points_sharing_cells(const GridCells& cells, std::span<
   return sharing;
 }
 
-NeighbourGrid::NeighbourGrid(std::span<const Vec3d> positions, double cell_size) : grid_(positions, cell_size) {
+NeighbourGrid::NeighbourGrid(std::span<const Vec3d> positions, double cell_size) : grid_(box_of(positions), cell_size) {
   EMBRUN_CHECK(positions.size() < no_cell);
   if (positions.empty()) return;
   // Counting sort by cell, cells in the order of their first point.

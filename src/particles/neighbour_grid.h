@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "math/box3d.h"
 #include "math/vec.h"
 
 namespace embrun {
@@ -19,8 +20,8 @@ class GridCells {
     bool operator==(const Key&) const = default;
   };
 
-  /// As NeighbourGrid wants them.
-  GridCells(std::span<const Vec3d> positions, double cell_size);
+  /// `bounds`: of the points. `cell_size` as for NeighbourGrid.
+  GridCells(const Box3d& bounds, double cell_size);
 
   double size() const { return size_; }
   /// The corner of the lowest coordinates.

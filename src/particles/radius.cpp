@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "math/box3d.h"
 #include "math/median.h"
 
 namespace embrun {
@@ -79,12 +80,7 @@ void drop_particles_without_radius(ParticleSet& particles, RadiusChoice& choice)
 
 void check_extent(const ParticleSet& particles, double radius, std::string_view file) {
   if (particles.size() == 0) return;
-  Vec3d low = particles.positions[0], high = low;
-  for (const Vec3d p : particles.positions) {
-    low = min_of(low, p);
-    high = max_of(high, p);
-  }
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const double extent = box_of(particles.positions).extent();
   const double step = 0.5 * extent * static_cast<double>(std::numeric_limits<float>::epsilon());
   if (step <= radius / 50) return;
   throw Error(std::string(file) + ": position: the particles span " + std::to_string(extent) +

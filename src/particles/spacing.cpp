@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "math/box3d.h"
 #include "math/median.h"
 #include "particles/neighbour_grid.h"
 #include "sampling/hash.h"
@@ -27,35 +28,27 @@ class Sequence {
   std::uint64_t state_;
 };
 
-double greatest_extent(std::span<const Vec3d> points) {
-  Vec3d low = points[0], high = points[0];
-  for (const Vec3d p : points) {
-    low = min_of(low, p);
-    high = max_of(high, p);
-  }
-  return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-}
-
 /// How many points share the cell of a typical point.
-double median_occupancy(std::span<const Vec3d> points, double cell_size) {
+double median_occupancy(std::span<const Vec3d> points, const GridCells& cells) {
   Sequence random(1);
   std::vector<std::size_t> samples(512);
   for (std::size_t& sample : samples) sample = random.index(points.size());
-  std::vector<std::size_t> counts = points_sharing_cells(GridCells(points, cell_size), points, samples);
+  std::vector<std::size_t> counts = points_sharing_cells(cells, points, samples);
   return static_cast<double>(median_of(counts));
 }
 
 /// The spacing to a factor of about 1.3, from cells that hold 8 to 40 points where a typical point is: outliers,
 /// however far, do not matter. 0 where all points coincide.
 double rough_spacing(std::span<const Vec3d> points) {
-  const double extent = greatest_extent(points);
+  const Box3d bounds = box_of(points);
+  const double extent = bounds.extent();
   const double smallest_cell = extent * 0x1p-44;
   double cell = extent * std::cbrt(16.0 / static_cast<double>(points.size()));
   if (!(smallest_cell > 0)) return 0;
   constexpr int most_rounds = 48;
   double occupancy = 1;
   for (int round = 0; round < most_rounds; ++round) {
-    occupancy = median_occupancy(points, cell);
+    occupancy = median_occupancy(points, GridCells(bounds, cell));
     if (occupancy > 40 && cell > smallest_cell) {
       cell *= std::cbrt(16 / occupancy);
     } else if (occupancy < 8 && cell < extent) {

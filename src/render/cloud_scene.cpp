@@ -90,12 +90,7 @@ SceneDescription make_cloud_scene(const SplatCloud& cloud, const RenderOptions& 
     splats.colors = std::move(colors.colors);
     splats.material = default_splat_material(true);
   }
-  Box3d bounds{cloud.particles.positions[0], cloud.particles.positions[0]};
-  for (const Vec3d p : cloud.particles.positions) {
-    bounds.low = min_of(bounds.low, p);
-    bounds.high = max_of(bounds.high, p);
-  }
-  stand_on_floor(scene, options, bounds, notes);
+  stand_on_floor(scene, options, box_of(cloud.particles.positions), notes);
   return scene;
 }
 

@@ -111,8 +111,8 @@ void add_fluid(SceneDescription& scene, const FluidOptions& other, const RenderO
   fill_fluid(fluid, measured.particles, other.extinction, other.albedo.value_or(Color{1, 1, 1}), other.phase_g, options,
              notes, other.file);
   const Box3d more = robust_bounds(measured);
-  bounds.low = min_of(bounds.low, more.low);
-  bounds.high = max_of(bounds.high, more.high);
+  bounds.include(more.low);
+  bounds.include(more.high);
   notes.push_back(fmt::format("{}: another fluid, {} particles", other.file, measured.particles.size()));
   scene.fluids.push_back(std::move(fluid));
 }

@@ -13,6 +13,7 @@
 #include "io/read_particles.h"
 #include "io/text.h"
 #include "io/write_mesh.h"
+#include "math/box3d.h"
 #include "meshing/density_vdb.h"
 #include "meshing/isosurface.h"
 #include "render/default_scene.h"
@@ -42,12 +43,8 @@ Point to_point(Vec3d p) { return {p.x, p.y, p.z}; }
 
 /// The middle of the particles' bounds.
 Vec3d middle_of(const std::vector<Vec3d>& positions) {
-  Vec3d low = positions.front(), high = low;
-  for (const Vec3d& p : positions) {
-    low = min_of(low, p);
-    high = max_of(high, p);
-  }
-  return 0.5 * (low + high);
+  const Box3d box = box_of(positions);
+  return 0.5 * (box.low + box.high);
 }
 
 /// The next place whose coordinates are multiples of a number.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "math/box3d.h"
 #include "math/median.h"
 #include "sampling/gauss_rule.h"
 #include "scene/compile_materials.h"
@@ -20,21 +21,6 @@
 
 namespace embrun {
 namespace {
-
-/// The box of some points of the world, in double precision.
-struct Bounds {
-  Vec3d low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-
-  void include(Vec3d p) {
-    low = min_of(low, p);
-    high = max_of(high, p);
-  }
-  void include(Vec3d p, double radius) {
-    include(p - Vec3d{radius, radius, radius});
-    include(p + Vec3d{radius, radius, radius});
-  }
-  bool empty() const { return low.x > high.x; }
-};
 
 bool is_identity(const Placement& p) { return p == Placement{}; }
 
@@ -56,8 +42,8 @@ std::span<const Placement> placements_of(const MeshDescription& mesh) {
   return mesh.copies;
 }
 
-Bounds bounds_of(const SceneDescription& scene) {
-  Bounds bounds;
+Box3d bounds_of(const SceneDescription& scene) {
+  Box3d bounds;
   for (const FluidDescription& fluid : scene.fluids) {
     const double reach = 2 * static_cast<double>(fluid.surface.radius) * largest_scale(fluid.placement);
     for (const Vec3d& p : fluid.positions) bounds.include(place(fluid.placement, p), reach);
@@ -98,7 +84,7 @@ Bounds bounds_of(const SceneDescription& scene) {
 
 /// The point that coordinates are made relative to: the middle of the scene, or where the most particles are, so that
 /// strays far away cost the others no precision.
-Vec3d middle_of(const SceneDescription& scene, const Bounds& bounds) {
+Vec3d middle_of(const SceneDescription& scene, const Box3d& bounds) {
   constexpr std::size_t sample_size = 20000;
   std::vector<double> x, y, z;
   const auto sample = [&](const std::vector<Vec3d>& positions, const Placement& placement) {
@@ -163,7 +149,7 @@ class Compiler {
   Compiler(const SceneDescription& scene, const FluidMesher& mesher) : scene_(scene), mesher_(mesher) {}
 
   FlatScene run() {
-    const Bounds bounds = bounds_of(scene_);
+    const Box3d bounds = bounds_of(scene_);
     flat_.recentring = middle_of(scene_, bounds);
     flat_.bounds.include(local(bounds.low));
     flat_.bounds.include(local(bounds.high));
@@ -244,7 +230,7 @@ class Compiler {
   }
 
   /// The point of a geometry's own space that becomes its origin.
-  Vec3d own_center(const Placement& placement, const Bounds& own) const {
+  Vec3d own_center(const Placement& placement, const Box3d& own) const {
     return is_identity(placement) ? flat_.recentring : 0.5 * (own.low + own.high);
   }
 
@@ -255,7 +241,7 @@ class Compiler {
     const std::vector<Vec3d>& world = wets ? wetted.positions : fluid.positions;
     const std::vector<float>& radii = wets ? wetted.radii : fluid.radii;
 
-    Bounds own;
+    Box3d own;
     for (const Vec3d& p : world) own.include(p);
     const Vec3d center = own_center(fluid.placement, own);
     std::vector<Vec3> positions;
@@ -515,7 +501,7 @@ class Compiler {
       flat_.splats.push_back(splat_geometry(*description.hierarchy, static_cast<float>(description.detail)));
       flat_.splat_files.push_back(description.hierarchy);
     } else {
-      Bounds own;
+      Box3d own;
       for (const Vec3d& p : description.centers) own.include(p);
       center = own_center(description.placement, own);
       flat_.splat_arrays.push_back(compile_splat_arrays(description, center));
@@ -532,7 +518,7 @@ class Compiler {
 
   void add(const MeshDescription& description) {
     const TriangleMesh& mesh = description.mesh;
-    Bounds own;
+    Box3d own;
     for (const Vec3& p : mesh.positions) own.include(to_double(p));
     const std::span<const Placement> placements = placements_of(description);
     // Copies cannot all be where the world's coordinates are the mesh's own.

@@ -12,6 +12,7 @@
 #include "image/image.h"
 #include "lights/integrator_kind.h"
 #include "lights/sky.h"
+#include "math/box3d.h"
 #include "math/rgb.h"
 #include "math/up_axis.h"
 #include "particles/splat_options.h"
@@ -59,13 +60,6 @@ struct SplatsDescription {
   bool flipped = false;  ///< the normals were turned round then
 
   bool operator==(const SplatsDescription&) const = default;
-};
-
-/// A box in the world.
-struct Box3d {
-  Vec3d low, high;
-
-  bool operator==(const Box3d&) const = default;
 };
 
 /// Who finds a fluid's surface along a ray: Embrun's own way; the thesis's, kept as a baseline (very slow); or Embree, on
@@ -124,7 +118,7 @@ struct BallsDescription {
 };
 
 struct BoxDescription {
-  Box3d box;
+  Box3d box{{}, {}};
   MaterialDescription material;
 
   bool operator==(const BoxDescription&) const = default;

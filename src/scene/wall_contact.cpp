@@ -102,11 +102,7 @@ void fill_edges(const FluidDescription& fluid, WettedParticles& particles) {
     return count;
   };
 
-  Box3d bounds{fluid.positions[0], fluid.positions[0]};
-  for (const Vec3d& p : fluid.positions) {
-    bounds.low = min_of(bounds.low, p);
-    bounds.high = max_of(bounds.high, p);
-  }
+  const Box3d bounds = box_of(fluid.positions);
   const auto consider = [&](Vec3d p) {
     // The place next to the wedge, away from every wall that is near.
     Vec3d full = p;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/instruction_set.h"
-#include "measure/oracle.h"
+#include "measure/oracle_scene.h"
 
 namespace embrun {
 namespace {
@@ -19,11 +19,6 @@ std::vector<const CellModelLoops*> tables() {
   if (best >= InstructionSet::avx2) all.push_back(&cell_model_avx2);
   if (best >= InstructionSet::avx512) all.push_back(&cell_model_avx512);
   return all;
-}
-
-oracle::Kernel judge_of(Kernel kernel) {
-  if (kernel == Kernel::metaball) return oracle::Kernel::metaball;
-  return kernel == Kernel::blinn ? oracle::Kernel::blinn : oracle::Kernel::zhu_bridson;
 }
 
 CellFrame frame_of(Kernel kernel) {
@@ -65,7 +60,7 @@ TEST(BoundRecovered, HoldsEveryPointOfTheBody) {
           for (const RecoveredParticle& r : rounded) {
             const Vec3 d = center + y - Vec3{r.x, r.y, r.z};
             sum += static_cast<double>(r.weight) *
-                   oracle::kernel_value(judge_of(kernel),
+                   oracle::kernel_value(measure::to_oracle(kernel),
                                         static_cast<double>(length(d)) * static_cast<double>(r.inverse_radius));
           }
           if (sum < 1.0) continue;

@@ -5,16 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/oracle.h"
+#include "measure/oracle_scene.h"
 
 namespace embrun {
 namespace {
 
-// The judge's own kernels in double precision; second derivatives are differences of its slopes.
-oracle::Kernel judge_of(Kernel kernel) {
-  if (kernel == Kernel::metaball) return oracle::Kernel::metaball;
-  return kernel == Kernel::blinn ? oracle::Kernel::blinn : oracle::Kernel::zhu_bridson;
-}
+// Beside the judge's own kernels in double precision; second derivatives are differences of its slopes.
 
 float first(F16 lanes) {
   float all[16];
@@ -34,7 +30,7 @@ double line_curvature(oracle::Kernel kernel, double h, double t) {
 
 template <Kernel kernel>
 void expect_line_values_and_bounds() {
-  const oracle::Kernel judge = judge_of(kernel);
+  const oracle::Kernel judge = measure::to_oracle(kernel);
   const double support = oracle::kernel_support(judge);
   for (double h = 0; h < support * 1.05; h += 0.0217) {
     double down = 0, up = 0;
@@ -58,7 +54,7 @@ void expect_line_values_and_bounds() {
 
 template <Kernel kernel>
 void expect_segment_bounds() {
-  const oracle::Kernel judge = judge_of(kernel);
+  const oracle::Kernel judge = measure::to_oracle(kernel);
   const double support = oracle::kernel_support(judge);
   for (double h = 0; h < support; h += 0.0617) {
     for (double begin = -1.1 * support; begin < 1.1 * support; begin += 0.0971) {
@@ -81,7 +77,7 @@ void expect_segment_bounds() {
 
 template <Kernel kernel>
 void expect_bounds_in_balls() {
-  const oracle::Kernel judge = judge_of(kernel);
+  const oracle::Kernel judge = measure::to_oracle(kernel);
   const double support = oracle::kernel_support(judge);
   for (double u = 0.01; u < support * 1.2; u += 0.0237) {
     for (const double h : {0.0, 0.05, 0.2, 0.7}) {

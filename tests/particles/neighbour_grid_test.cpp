@@ -93,7 +93,7 @@ TEST(GridCells, CountThePointsThatShareACell) {
   for (Vec3d p : random_points(30000, 1, 8)) points.push_back(p * 0.1);
   points.push_back({1e6, 0, 0});
   const std::vector<std::size_t> which{0, 39999, 40000, 69999, 70000, 17, 17};
-  const GridCells cells(points, 1.0 / 3);
+  const GridCells cells(box_of(points), 1.0 / 3);
   const std::vector<std::size_t> counts = points_sharing_cells(cells, points, which);
   Vec3d low = points[0];
   for (const Vec3d p : points) low = min_of(low, p);
